@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from asbuilt_bim.scale.executor import one_thread_each
-from asbuilt_bim.terminal.guarded import FAILED, drop_unprinted, full_disk, guarded
+from asbuilt_bim.terminal.guarded import FAILED, drop_unprinted, full_disk, guarded, open_closed_streams
 from asbuilt_bim.terminal.networks_group import networks
 from asbuilt_bim.terminal.parameters import BOARD, FAMILY_NAMES, Day, FilePath, Metres, PhotoSize
 from asbuilt_bim.terminal.print_group import sheets
@@ -418,6 +418,7 @@ app.add_command(sheets)
 def main() -> None:
     """Run the command line; the entry point of `asbuilt-bim`."""
     one_thread_each()
+    open_closed_streams()
     try:
         app(prog_name="asbuilt-bim")
     except OSError as problem:  # of `--help` and the like, which are printed outside of `guarded`

@@ -477,6 +477,15 @@ def test_printing_on_a_full_disk_is_said_in_words(arguments: list[str], unbuffer
     assert b"Traceback" not in run.stderr and b"Exception ignored" not in run.stderr
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a shell that closes an output")
+@pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-"])
+@pytest.mark.parametrize("arguments", [["--version"], ["inspect", str(site() / "design.ifc")]])
+def test_a_closed_output_is_no_failure(arguments: list[str], closed: str) -> None:
+    command = ["sh", "-c", f'exec "$@" {closed}', "sh", sys.executable, "-m", "asbuilt_bim", *arguments]
+    done = subprocess.run(command, capture_output=True, check=False)
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
 @pytest.mark.parametrize("day", ["2026-02-30", "02.03.2026", "yesterday"])
 def test_a_day_that_is_none_is_named_with_how_days_are_written(day: str) -> None:
     done = CliRunner().invoke(app, ["run", "project.yaml", "--out", "out", "--visit", day])

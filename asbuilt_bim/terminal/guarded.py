@@ -4,6 +4,7 @@ import errno
 import os
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
 import click
 
@@ -47,6 +48,13 @@ def full_disk(problem: BaseException) -> str:
     if isinstance(problem, OSError) and problem.errno in (errno.ENOSPC, errno.EDQUOT):
         return "the disk is full, so what is printed, or a temporary file, can't be written; free some space"
     return ""
+
+
+def open_closed_streams() -> None:
+    """Print nowhere where an output is closed: else the next file that is opened would take its number."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 (open to the end)
 
 
 def drop_unprinted() -> None:
