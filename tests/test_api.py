@@ -2,13 +2,17 @@ from __future__ import annotations
 
 import inspect
 import re
+from dataclasses import replace
 from datetime import date, datetime
 from pathlib import Path
 
 import pytest
 
 import asbuilt_bim
+from asbuilt_bim import api
 from asbuilt_bim.camera.rig_formats.rig_file import write_rig
+from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.errors import rejected
 from asbuilt_bim.report.result.document import read_result
 from tests.camera.virtual import rig
 from tests.example_package import example_package
@@ -115,6 +119,18 @@ def test_a_run_in_python_is_a_run_with_plan_schedules_and_the_plugins_files(tmp_
     for name in ("schedule.msp.xml", "schedule.p6.xml", "tasks.csv", "extra/example-markdown/storeys.md"):
         assert (again.folder / name).read_bytes() == (found.folder / name).read_bytes()
     assert read_result(out / "result.json").tasks == again.result.tasks
+
+
+def test_what_is_known_to_be_wrong_with_a_visit_is_among_the_warnings(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fault = rejected(Reason.DESIGN_UNLIKE, about(SubjectKind.SURVEY), faces=9)
+    read = api.read_result
+    monkeypatch.setattr(api, "read_result", lambda path: replace(read(path), rejections=(fault,)))
+    found = asbuilt_bim.run(write(tmp_path / "site", unphotographed(tmp_path / "site")), tmp_path / "out", cache=False)
+    assert not any("none of 9 measured faces" in warning for warning in found.warnings)
+    again = asbuilt_bim.remake(tmp_path / "out")
+    assert "known to be wrong" in again.warnings[0] and "none of 9 measured faces" in again.warnings[0]
 
 
 @pytest.mark.parametrize(

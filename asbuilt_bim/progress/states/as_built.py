@@ -1,7 +1,7 @@
 """The as-built area of a design face: the union of all stations' outlines in its plane, never their sum."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -42,6 +42,7 @@ def as_built(matches: Sequence[FaceMatch], earlier: SurfaceState | None, design:
     Otherwise the area of the outlines' union within the design's border, each outline with its own plane's area. Where
     a face was seen in part, a side that isn't its end may lie past it, and the area is a lower bound.
     """
+    earlier = replace(earlier, whole=False) if earlier and earlier.open_uv_m else earlier  # that may have risen since
     if not matches:
         return _as_it_was(earlier)
     before = earlier.outline_uv_m if earlier is not None else polygon.EMPTY
@@ -86,8 +87,7 @@ def _area(
     before = earlier.as_built_area_m2 if earlier is not None else None
     if earlier is not None and before is not None:  # what was measured then keeps its sigma, what is more has its own
         was = earlier.as_built_sigma_image_m2
-        no_more = union - before <= APART_SIGMAS * float(np.hypot(was, image)) + OF_WHOLE * before
-        if no_more and earlier.whole and not earlier.open_uv_m:
+        if earlier.whole and union - before <= APART_SIGMAS * float(np.hypot(was, image)) + OF_WHOLE * before:
             calibration = earlier.as_built_sigma_calibration_m2
             return _Area(m2=before, sigma_calibration_m2=calibration, sigma_image_m2=was), notes, True
         image = float(np.hypot(was, _joint_sigma(matches, max(union - before, 0.0))))
@@ -109,7 +109,7 @@ def _as_it_was(earlier: SurfaceState | None) -> AsBuilt:
         offset_sigma_m=earlier.offset_sigma_m,
         tilt_rad=earlier.tilt_rad,
         tilt_sigma_rad=earlier.tilt_sigma_rad,
-        whole=earlier.whole and not earlier.open_uv_m,  # what was open may have risen since
+        whole=earlier.whole,
     )
 
 

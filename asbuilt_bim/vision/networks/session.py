@@ -119,6 +119,12 @@ def _check_input(
 ) -> None:
     if kind not in _KINDS:
         raise NetworkError(f"network {path}: input {name} takes {kind}, not one of {', '.join(_KINDS)}")
+    given = card.input
+    if kind == "tensor(uint8)" and (given.divide, *given.mean, *given.std) != (1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0):
+        raise NetworkError(
+            f"network {path}: input {name} takes whole numbers from 0 to 255, and the card makes others of the photo; "
+            "set input.divide: 1 in the card, and leave out mean and std"
+        )
     w, h = card.input.width_px, card.input.height_px
     asked = {"nchw": (1, channels, h, w), "nhwc": (1, h, w, 3), "chw": (3, h, w)}[card.input.order]
     fits = len(shape) == len(asked) and all(not isinstance(s, int) or s == a for s, a in zip(shape, asked, strict=True))

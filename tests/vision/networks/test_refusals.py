@@ -170,6 +170,17 @@ def test_an_input_of_another_size_than_the_cards_is_refused(tmp_path: Path) -> N
     assert "has shape [1, 3, 48, 64], the card says [1, 3, 320, 320]" in refused(path)
 
 
+@pytest.mark.parametrize("keys", [{}, {"divide": 255.0}, {"divide": 1.0, "mean": [128.0, 128.0, 128.0]}])
+def test_whole_numbers_divided_are_refused_for_all_of_the_photo_would_be_black(
+    tmp_path: Path, keys: dict[str, Any]
+) -> None:
+    network = graphs.constant({"logits": LOGITS})
+    network.graph.input[0].type.tensor_type.elem_type = TensorProto.UINT8
+    path = graphs.card(tmp_path, network, "semantic", input=graphs.INPUT | keys)
+    assert "set input.divide: 1 in the card" in refused(path)
+    load(graphs.card(tmp_path, network, "semantic", input=graphs.INPUT | {"divide": 1.0}), "segment")
+
+
 @pytest.mark.parametrize(
     ("layout", "answer"),
     [
