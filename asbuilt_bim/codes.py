@@ -260,6 +260,7 @@ class Reason(StrEnum):
     CERTIFIED_LINE_CHANGED = "certified line changed"  # its text, rate or contract quantity
     CONTRACT_NOT_DESIGN = "contract quantity off the design"
     DESIGN_LOST_WORK = "design lost certified work"
+    DESIGN_ADDED_WORK = "design has more than was signed"
     CERTIFIED_LINE_GONE = "certified cost line gone"
     OVERRIDE_UNUSED = "override without its element"
     OVERRIDE_UNSIGNED = "override without reason or person"

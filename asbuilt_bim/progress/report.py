@@ -180,6 +180,7 @@ class CostProgress:
     others: int = 0  # building elements that it pays for, too, and that are not measured here
     parts: dict[str, float] = field(default_factory=dict)  # by GlobalId: an element's share of the planned quantity
     design_quantity: float = 0.0  # of its measured elements, in its unit; of `other` measures their volume in m3
+    designs: dict[str, float] = field(default_factory=dict)  # by GlobalId: what of `design_quantity` an element has
     lost: float = 0.0  # share of the planned quantity that stood for what a signed design had, and this one has not
 
     @property

@@ -30,7 +30,10 @@ def cost_progress(
     parts = {key: measured * weight / total for key, weight in zip(known, weights, strict=True)} if total > 0.0 else {}
     completion = with_unmeasured(seen, measured) if known else NOTHING_SEEN
     made = earned(line, completion, parts, {key: elements[key] for key in known})
-    return replace(made, design_quantity=total / line.unit_scale if line.unit_scale > 0.0 else 0.0)
+    if line.unit_scale <= 0.0:
+        return made
+    designs = {key: weight / line.unit_scale for key, weight in zip(known, weights, strict=True)}
+    return replace(made, design_quantity=total / line.unit_scale, designs=designs)
 
 
 def earned(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from asbuilt_bim.progress.completion.earned_value import certain_share, unmeasured_part
 from asbuilt_bim.progress.money import cents, certified_quantity, total
 from asbuilt_bim.progress.report import NOTHING_SEEN, CostProgress, ElementProgress, ProgressReport
-from asbuilt_bim.progress.valuation.held import most_per_design, per_design
+from asbuilt_bim.progress.valuation.held import held_per_design
 from asbuilt_bim.progress.valuation.inputs import NO_INPUTS, Override, Paid, RateChange, Variation
 from asbuilt_bim.progress.valuation.known_again import bill_places, paid_lines
 from asbuilt_bim.progress.valuation.observed import Observed, observed_elements
@@ -70,6 +70,11 @@ class BillLine:
     left: Mapping[str, bool] = field(default_factory=dict)  # by GlobalId of what it covered: is it still in the design
 
     @property
+    def elements(self) -> dict[str, ElementProgress]:
+        """Return the walls and columns that it covers, by GlobalId."""
+        return {row.element.global_id: row.element for row in self.rows if row.element}
+
+    @property
     def previous_quantity(self) -> float:
         """Return what the last certificate held."""
         return self.paid.quantity if self.paid else 0.0
@@ -81,8 +86,8 @@ class BillLine:
 
     @property
     def per_design(self) -> float:
-        """Return how much of the contract may stand for one of the design's from now on; 0 where nobody knows."""
-        return 0.0 if self.gone else max(per_design(self.line), most_per_design(self.line, self.paid))
+        """Return how much of the contract stands for one of the design's, which is the most from now on; 0: unknown."""
+        return 0.0 if self.gone else held_per_design(self.line)
 
     @property
     def period(self) -> float:

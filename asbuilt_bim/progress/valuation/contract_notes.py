@@ -1,11 +1,12 @@
 """What has to be said where contract, terms or design don't fit each other, or the last certificate."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, Values, about, noted
 from asbuilt_bim.progress.money import cents
 from asbuilt_bim.progress.valuation.bill import Bill, BillLine
+from asbuilt_bim.progress.valuation.held import without_contract
 from asbuilt_bim.progress.valuation.inputs import ValuationInputs
 
 OFF = 0.1
@@ -18,13 +19,16 @@ MOST_NAMED = 5
 
 
 def contract_notes(bill: Bill) -> Iterator[Note]:
-    """Yield what of a bill's lines is far off the design, was lost with the design, or is otherwise than signed."""
+    """Yield what of a bill's lines is far off the design, was lost or added with it, or is otherwise than signed."""
     for line in bill.lines:
         if line.gone:
             continue
         if line.line.lost:
             yield _lost(line, bill.currency)
-        if (design := design_off(line)) is not None:
+        added = without_contract(line.line, line.paid, line.elements)
+        if added:
+            yield _added(line, added, bill.currency)
+        if not added and (design := design_off(line)) is not None:
             given = line.line
             yield noted(
                 Reason.CONTRACT_NOT_DESIGN,
@@ -65,6 +69,22 @@ def _lost(line: BillLine, currency: str) -> Note:
         uncovered=sum(line.left.values()),
         quantity=quantity,
         unit=given.unit,
+        amount=cents(quantity * line.rate),
+        currency=currency,
+    )
+
+
+def _added(line: BillLine, added: Mapping[str, float], currency: str) -> Note:
+    """Return the note on what the design has since it was signed, and the contract quantity has no room for."""
+    quantity = math.fsum(added.values())
+    return noted(
+        Reason.DESIGN_ADDED_WORK,
+        line_subject(line),
+        item=line_label(line),
+        elements=tuple(line.elements[key].name or key for key in added if key in line.elements)[:MOST_NAMED],
+        count=len(added),
+        quantity=quantity,
+        unit=line.line.unit,
         amount=cents(quantity * line.rate),
         currency=currency,
     )

@@ -3,14 +3,20 @@
 A contract quantity is shared out among the walls and columns of a line. Where the design loses some of them, or they
 become smaller, the rest would get their part, and be paid more, though nothing was built. So one unit of the design
 never stands for more of the contract than it did at the last signature. What is left over is the line's lost part.
+Where the design gains some, or they become larger, they would take a part of the rest, and what was certified would
+fall, though nothing was torn down. So what was there keeps the part that it was signed with. What is new gets what is
+left of the contract; what it needs beyond that is a variation, or a larger contract.
 """
 
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from decimal import Decimal
 
-from asbuilt_bim.progress.completion.earned_value import earned
-from asbuilt_bim.progress.completion.rollup import with_unmeasured
+from asbuilt_bim.progress.completion.earned_value import earned, unmeasured_part
+from asbuilt_bim.progress.completion.rollup import weighted, with_unmeasured
+from asbuilt_bim.progress.money import quantity_decimals
+from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import CostProgress, ElementProgress
 from asbuilt_bim.progress.valuation.inputs import Paid
 
@@ -19,37 +25,85 @@ ROUNDING = 1e-6
 
 
 def held_line(line: CostProgress, paid: Paid | None, elements: Mapping[str, ElementProgress]) -> CostProgress:
-    """Return a line with no more of the contract on its design than when it was certified; the rest is lost."""
-    share, most = math.fsum(line.parts.values()), most_per_design(line, paid)
-    now = per_design(line)
-    if most <= 0.0 or now <= most * (1.0 + ROUNDING):
+    """Return a line with as much of the contract on its design as when it was certified; what nobody has is lost."""
+    wanted, room = _wanted(line, paid, elements)
+    parts = {key: (kept + room * more) / abs(line.planned_quantity) for key, (kept, more) in wanted.items()}
+    share = math.fsum(line.parts.values()) + line.lost
+    if not parts or (not line.lost and all(abs(part - line.parts[key]) < ROUNDING for key, part in parts.items())):
         return line
-    kept = most / now
-    parts = {key: part * kept for key, part in line.parts.items()}
     known = {key: elements[key] for key in parts if key in elements}
-    made = earned(line, with_unmeasured(line.completion, kept), parts, known)
-    return replace(made, design_quantity=line.design_quantity, lost=line.lost + share * (1.0 - kept))
+    seen = weighted(list(known.values()), [parts[key] for key in known], ProgressOptions())
+    made = earned(line, with_unmeasured(seen, 1.0 - unmeasured_part(parts)), parts, known)
+    lost = share - math.fsum(parts.values())
+    return replace(
+        made, designs=line.designs, design_quantity=line.design_quantity, lost=lost if lost > ROUNDING else 0.0
+    )
 
 
-def per_design(line: CostProgress) -> float:
-    """Return how much of the contract quantity stands for one of the design's; 0 where the line has none."""
-    if line.design_quantity <= 0.0:
-        return 0.0
-    return abs(line.planned_quantity) * math.fsum(line.parts.values()) / line.design_quantity
+def without_contract(
+    line: CostProgress, paid: Paid | None, elements: Mapping[str, ElementProgress]
+) -> dict[str, float]:
+    """Return by GlobalId what the design gained since it was signed, and the contract has no room for, in its unit."""
+    wanted, room = _wanted(line, paid, elements)
+    return {key: more * (1.0 - room) for key, (_, more) in wanted.items() if more * (1.0 - room) > _rounding(line)}
 
 
-def most_per_design(line: CostProgress, paid: Paid | None) -> float:
-    """Return how much of it may stand for one of the design's: what was signed, and what the contract rose by since.
+def _wanted(
+    line: CostProgress, paid: Paid | None, elements: Mapping[str, ElementProgress]
+) -> tuple[dict[str, tuple[float, float]], float]:
+    """Return by GlobalId what of the contract was an element's and what is new, and for what share of that is room.
 
-    A workbook of before this was kept has the elements' quantities alone: then those that are still there tell it. 0
-    where nobody knows.
+    One unit of the design stands for what the contract has for it now, but for no less and no more than was signed,
+    or than that as the contract fell or rose since.
+    """
+    design, contract = designs(line), abs(line.planned_quantity)
+    had = {} if paid is None else {key: abs(one) for key, one in paid.quantities.items()}
+    if contract <= 0.0 or math.fsum(design.values()) <= 0.0:
+        return {}, 1.0
+    there = contract * (math.fsum(line.parts.values()) + line.lost)
+    each, signed = there / math.fsum(design.values()), signed_per_design(line, paid)
+    changed = contract / abs(paid.contract) if paid and paid.contract else 1.0
+    if signed > 0.0:
+        each = min(max(each, signed * min(changed, 1.0)), signed * max(changed, 1.0))
+    found: dict[str, tuple[float, float]] = {}
+    for key, one in design.items():
+        ids = (key, *elements[key].former_ids) if key in elements else (key,)
+        kept = min(each * one, min(changed, 1.0) * math.fsum(had.get(name, 0.0) for name in ids))
+        found[key] = (kept, each * one - kept) if each * one - kept > _rounding(line) else (each * one, 0.0)
+    new = math.fsum(more for _, more in found.values())
+    left = there - math.fsum(kept for kept, _ in found.values())
+    return found, min(max(left / new, 0.0), 1.0) if new > 0.0 else 1.0
+
+
+def _rounding(line: CostProgress) -> float:
+    """Return what of a line's unit a quantity may differ by as it was read: it stood there rounded."""
+    return 0.5 * float(Decimal(1).scaleb(-quantity_decimals(line.planned_quantity))) * (1.0 + ROUNDING)
+
+
+def designs(line: CostProgress) -> Mapping[str, float]:
+    """Return by GlobalId what the design has of each element of a line; older results tell it by their parts alone."""
+    if line.designs:
+        return line.designs
+    shares = math.fsum(line.parts.values())
+    return {key: line.design_quantity * part / shares for key, part in line.parts.items()} if shares > 0.0 else {}
+
+
+def held_per_design(line: CostProgress) -> float:
+    """Return the most of the contract quantity that stands for one of the design's as the line is held; 0 for none."""
+    contract, design = abs(line.planned_quantity), designs(line)
+    return max((contract * line.parts.get(key, 0.0) / one for key, one in design.items() if one > 0.0), default=0.0)
+
+
+def signed_per_design(line: CostProgress, paid: Paid | None) -> float:
+    """Return how much of it stood for one of the design's when it was signed; 0 where nobody knows.
+
+    A workbook of before this was kept has the elements' quantities alone: then those that are still there tell it.
     """
     if paid is None:
         return 0.0
-    risen = max(1.0, abs(line.planned_quantity) / abs(paid.contract)) if paid.contract else 1.0
     if paid.per_design > 0.0:
-        return paid.per_design * risen
+        return paid.per_design
     both = paid.quantities.keys() & line.parts.keys()
     then = math.fsum(abs(paid.quantities[key]) for key in both)
-    now = abs(line.planned_quantity) * math.fsum(line.parts[key] for key in both)
-    return per_design(line) * risen * then / now if now > 0.0 else 0.0
+    now = math.fsum(designs(line).get(key, 0.0) for key in both)
+    return then / now if now > 0.0 else 0.0

@@ -16,7 +16,7 @@ OF_MONEY = frozenset(
     {
         *(Reason.CERTIFIED_FALLS, Reason.CERTIFIED_LINE_GONE, Reason.CERTIFIED_LINE_CHANGED),
         *(Reason.CONTRACT_NOT_DESIGN, Reason.DESIGN_LOST_WORK, Reason.COST_UNIT_UNKNOWN, Reason.COST_PAID_TWICE),
-        *(Reason.RETENTION_CHANGED, Reason.TAX_CHANGED),
+        *(Reason.RETENTION_CHANGED, Reason.TAX_CHANGED, Reason.DESIGN_ADDED_WORK),
     }
 )
 """Codes of notes on lines for which too much or too little may be paid: they stand beside what is due."""
@@ -26,7 +26,7 @@ CODES = frozenset(
         *(Reason.CERTIFIED_LINE_GONE, Reason.OVERRIDE_UNUSED, Reason.OVERRIDE_UNSIGNED, Reason.OVERRIDE_UNREADABLE),
         *(Reason.RATE_CHANGED, Reason.RATE_UNREADABLE, Reason.VARIATION_UNREADABLE, Reason.CERTIFICATE_LATER),
         *(Reason.TERMS_KEPT, Reason.CONTRACT_NOT_DESIGN, Reason.DESIGN_LOST_WORK, Reason.CERTIFIED_LINE_CHANGED),
-        *(Reason.RETENTION_CHANGED, Reason.TAX_CHANGED, Reason.RATE_UNUSED),
+        *(Reason.RETENTION_CHANGED, Reason.TAX_CHANGED, Reason.RATE_UNUSED, Reason.DESIGN_ADDED_WORK),
     }
 )
 """Codes of notes that are made anew whenever a workbook is."""

@@ -207,6 +207,7 @@ TERMS = {
     "as_built_best": "Planned quantity x best completion, rounded, pieces to whole ones; null where unknown. As best.",
     "as_built_lower": "The same by the elements' lower bounds; of a line that takes money off, by the upper ones.",
     "CostProgress.design_quantity": "Of its walls and columns in the design, in its unit; m3 where that measures none.",
+    "CostProgress.designs": "By GlobalId: what of `design_quantity` each element has.",
     "CostProgress.lost": "Share (0..1) of the planned quantity that stood for what the design lost since a signature.",
     "CostProgress.parts": "By GlobalId: each element's share (0..1) of the planned quantity, by the line's measure.",
     "earned_best": "Rate x as-built quantity, best, to the cent; null where unknown. As best.",

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import openpyxl
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from asbuilt_bim.bim.model import CostLine
 from asbuilt_bim.codes import Reason
@@ -106,6 +108,96 @@ def test_where_the_contract_becomes_less_by_what_the_design_loses_nothing_is_los
     less = replace(LINE, planned_quantity=12.0)
     after = report_of({key: one for key, one in ALL.items() if key != "c"}, less, signed(report_of(ALL)))
     assert after.cost_lines[0].lost == 0.0 and only(after).period.work == 0.0
+
+
+def designed(
+    seen: dict[str, Seen], line: CostLine, inputs: ValuationInputs | None, each: float | dict[str, float] = 4.0
+) -> ProgressReport:
+    """Value a line whose elements have `each` of its unit in the design."""
+    made = made_report(seen, [replace(line, elements=tuple(seen))], FIRST + timedelta(days=14), ValuationInputs())
+    design = each if isinstance(each, dict) else dict.fromkeys(seen, each)
+    total = sum(design.values())
+    parts = {key: one / total / (1.0 + line.others) for key, one in design.items()}
+    lines = tuple(replace(one, designs=design, design_quantity=total, parts=parts) for one in made.cost_lines)
+    return with_valuation(replace(made, cost_lines=lines), inputs or ValuationInputs())
+
+
+DESIGNS = st.dictionaries(st.sampled_from("abcdef"), st.integers(1, 900).map(lambda n: n / 100), min_size=1)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.lists(st.tuples(DESIGNS, st.integers(200, 4000).map(lambda n: n / 100)), min_size=2, max_size=4))
+def test_whatever_a_design_gains_or_loses_nobodys_part_changes_but_by_its_own_design_or_the_contract(
+    periods: list[tuple[dict[str, float], float]],
+) -> None:
+    inputs: ValuationInputs | None = None
+    before: tuple[dict[str, float], dict[str, float], float] | None = None
+    for design, contract in periods:
+        line = replace(LINE, planned_quantity=contract)
+        report = designed(dict.fromkeys(design, WHOLE), line, inputs, design)
+        had = {row.global_id: row.quantity for row in only(report).lines[0].rows if row.element}
+        assert sum(had.values()) <= contract * (1.0 + 1e-9) and only(report).cumulative.work <= contract * 245.0 + 0.01
+        if before is not None:
+            was, designed_then, then = before
+            most = max(was[key] / designed_then[key] for key in was) * max(contract / then, 1.0)
+            assert all(had[key] <= most * design[key] + 0.0011 for key in had)
+            for key in was.keys() & had.keys():
+                if design[key] >= designed_then[key]:
+                    assert had[key] >= was[key] * min(contract / then, 1.0) - 0.0011
+        again = with_valuation(report, report.valuation)
+        assert again.cost_lines == report.cost_lines and again.notes == report.notes
+        inputs, before = signed(report), (had, design, contract)
+
+
+def added(line: CostLine = LINE, inputs: ValuationInputs | None = None) -> ProgressReport:
+    """Value the line when the design has a fifth wall, "e", that isn't begun; all that was there is as before."""
+    return designed({**ALL, "e": NONE}, line, inputs)
+
+
+def test_a_wall_that_the_design_gains_takes_nothing_from_what_was_certified_of_the_others_and_is_named() -> None:
+    before = report_of(ALL)
+    after = added(inputs=signed(before))
+    (line,) = only(after).lines
+    assert only(after).period.work == 0.0 and only(after).cumulative.work == only(before).cumulative.work > 0.0
+    assert {row.global_id: row.quantity for row in line.rows} == pytest.approx(dict.fromkeys("abcd", 4.0) | {"e": 0.0})
+    (note,) = after.notes
+    words = note_words(note).replace("\u202f", "")
+    assert note.code is Reason.DESIGN_ADDED_WORK
+    assert "the design has 4 m3, 980.00 EUR, that its contract quantity has no room for (Wall e" in words
+    again = with_valuation(after, after.valuation)
+    assert (again.cost_lines, again.notes) == (after.cost_lines, after.notes)
+    third = added(inputs=signed(after))
+    assert only(third).period.work == 0.0 and codes(third) == [Reason.DESIGN_ADDED_WORK]
+
+
+def test_what_a_raised_contract_holds_of_a_new_wall_is_its_part_and_the_rest_is_named() -> None:
+    before = signed(report_of(ALL))
+    part = added(replace(LINE, planned_quantity=18.0), before)
+    assert {row.global_id: row.quantity for row in only(part).lines[0].rows} == pytest.approx(
+        dict.fromkeys("abcd", 4.0) | {"e": 2.0}
+    )
+    assert "the design has 2 m3, 490.00 EUR" in note_words(part.notes[0])
+    again = with_valuation(part, part.valuation)
+    assert (again.cost_lines, again.notes) == (part.cost_lines, part.notes)
+    whole = added(replace(LINE, planned_quantity=20.0), before)
+    assert only(whole).period.work == 0.0 and Reason.DESIGN_ADDED_WORK not in codes(whole)
+    later = added(replace(LINE, planned_quantity=20.0), signed(whole))
+    assert only(later).period.work == 0.0 and codes(later) == []
+
+
+def test_four_columns_that_were_certified_stay_four_pieces_when_a_fifth_is_designed() -> None:
+    pieces, seen = cost_line("2.1", 3, 4.0, 42.0, list("abcd")), dict.fromkeys("abcd", WHOLE)
+    before = designed(seen, pieces, None, each=1.0)
+    after = designed({**seen, "e": NONE}, pieces, signed(before), each=1.0)
+    assert only(before).lines[0].quantity == only(after).lines[0].quantity == 4.0
+    assert codes(after) == [Reason.DESIGN_ADDED_WORK]
+
+
+def test_a_wall_in_the_place_of_another_takes_over_its_part_of_the_contract() -> None:
+    before = signed(report_of(ALL))
+    swapped = {key: one for key, one in ALL.items() if key != "c"} | {"e": NONE}
+    after = report_of(swapped, replace(LINE, elements=("a", "b", "d", "e")), before)
+    assert only(after).period.work == 0.0 and codes(after) == []
 
 
 def test_a_person_may_certify_what_the_design_lost_on_its_row() -> None:

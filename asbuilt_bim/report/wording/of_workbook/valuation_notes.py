@@ -74,6 +74,16 @@ def _lost(note: Note) -> str:
     )
 
 
+def _added(note: Note) -> str:
+    amount = number(float(str(note.values["amount"])))
+    return filled(
+        f"{{item}}: the design has {_quantity(note, 'quantity')} {{unit}}, {amount} {{currency}}, that its contract "
+        "quantity has no room for ({elements:list}{more}: new or larger since it was signed). Nothing of that is "
+        "certified: order it as a variation, or raise the contract quantity",
+        note,
+    )
+
+
 def _changed(note: Note) -> str:
     values = note.values
     told = ["text was '{text_was}'"] if "text_was" in values else []
@@ -173,6 +183,7 @@ VALUATION_NOTES: Mapping[Reason, Template] = {
     Reason.CERTIFIED_LINE_CHANGED: _changed,
     Reason.CONTRACT_NOT_DESIGN: _off,
     Reason.DESIGN_LOST_WORK: _lost,
+    Reason.DESIGN_ADDED_WORK: _added,
     Reason.OVERRIDE_UNUSED: "the workbook's override of {element:name} for {subject.name} ({share:%}, {by:name}) has "
     "nothing to stand for any more",
     Reason.TERMS_KEPT: "retention and tax are the last workbook's, {retention:%} and {tax:%}. The project file says "
