@@ -33,7 +33,10 @@ def held_line(line: CostProgress, paid: Paid | None, elements: Mapping[str, Elem
         return line
     known = {key: elements[key] for key in parts if key in elements}
     seen = weighted(list(known.values()), [parts[key] for key in known], ProgressOptions())
-    made = earned(line, with_unmeasured(seen, 1.0 - unmeasured_part(parts)), parts, known)
+    completion = with_unmeasured(seen, 1.0 - unmeasured_part(parts))
+    if seen.best is not None and not line.others:  # of what the design lost nothing is wanted any more
+        completion = replace(completion, best=seen.best * (1.0 - unmeasured_part(parts)))
+    made = earned(line, completion, parts, known)
     lost = share - math.fsum(parts.values())
     return replace(
         made, designs=line.designs, design_quantity=line.design_quantity, lost=lost if lost > ROUNDING else 0.0

@@ -57,7 +57,8 @@ def test_a_wall_that_the_design_loses_raises_nothing_its_part_stays_unpaid_in_a_
     assert only(before).cumulative.work == only(after).cumulative.work > 0.0 == only(after).period.payable
     (row,) = [row for row in line.rows if row.element is None]
     assert (row.global_id, row.quantity, row.share) == (LOST, pytest.approx(4.0), 0.0)
-    assert line.line.best_quantity_shown is None and line.line.earned_lower == line.amount
+    assert line.line.earned_lower == line.amount
+    assert line.line.best_quantity_shown == pytest.approx(0.75 * 16.0 * (1.0 + 1.0 + 0.6) / 3.0)
     (note,) = after.notes
     words = note_words(note)
     assert note.code is Reason.DESIGN_LOST_WORK and "4 m3 of its contract, 980.00 EUR" in words.replace("\u202f", "")
