@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -37,13 +39,14 @@ def faces() -> list[Face]:
     found = []
     for number in range(40):
         shown = rng.random((4, len(FEATURES)))
-        found.append(Face(scene=f"twin {number % 5}", features=shown, ends=shown[:, 0] > 0.3))
+        ends = shown[:, 0] > 0.3
+        found.append(Face(scene=f"twin {number % 5}", features=shown, ends=ends, whole=bool(ends[1:].all())))
     return found
 
 
 def test_no_scene_has_a_part_in_the_weights_that_judge_it() -> None:
     one = faces()
-    other = [Face(scene=f.scene, features=f.features, ends=~f.ends if f.scene == "twin 0" else f.ends) for f in one]
+    other = [replace(f, ends=~f.ends) if f.scene == "twin 0" else f for f in one]
     before, after = (left_out(some, range(len(FEATURES))) for some in (one, other))
     for face, was, now in zip(one, before, after, strict=True):
         assert np.array_equal(was, now) == (face.scene == "twin 0")
@@ -51,6 +54,11 @@ def test_no_scene_has_a_part_in_the_weights_that_judge_it() -> None:
 
 def test_the_limit_is_where_a_false_whole_costs_as_much_as_those_that_are_lost() -> None:
     assert fitted(faces())["limit"] == pytest.approx(FALSE_COSTS / (FALSE_COSTS + 1.0), abs=1e-4)
+
+
+def test_a_face_counts_as_whole_by_what_its_outline_holds_whatever_its_sides_are() -> None:
+    fit = fitted([replace(face, whole=True) for face in faces()])
+    assert dict(fit["fitted_on"])["whole"] == 40  # type: ignore[call-overload]
 
 
 def test_what_was_kept_is_read_back_and_gives_the_same_model(tmp_path: object) -> None:

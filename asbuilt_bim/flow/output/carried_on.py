@@ -8,6 +8,7 @@ from pathlib import Path
 from asbuilt_bim.bim.cost_units import currency_of
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import CostError, WorkbookError
+from asbuilt_bim.flow.output.certified_photos import with_photos
 from asbuilt_bim.flow.output.folder import OutputFolder
 from asbuilt_bim.flow.output.kept import WORKBOOK
 from asbuilt_bim.progress.money import cents
@@ -94,7 +95,7 @@ def inputs_of(
     if named and known is not None and known.project_terms not in (None, own) and inputs.terms == known.terms:
         inputs = replace(inputs, terms=own)
     notes = (*(last.notes if last is not None else ()), *_terms_kept(project, inputs.terms))
-    return replace(inputs, count_observations=counts, project_terms=own), notes
+    return with_photos(replace(inputs, count_observations=counts, project_terms=own), before), notes
 
 
 def check_currency(lines: Sequence[CostProgress], inputs: ValuationInputs, files: Sequence[Path]) -> None:

@@ -12,6 +12,7 @@ from asbuilt_bim.camera.rig_formats.rig_file import write_rig
 from asbuilt_bim.codes import REVISIONS, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import AsBuiltError, ResultError
 from asbuilt_bim.flow.output.carried_on import check_currency, inputs_of, last_workbook, with_last
+from asbuilt_bim.flow.output.certified_photos import photo_changes, photos_of
 from asbuilt_bim.flow.output.folder import OutputFolder, Published
 from asbuilt_bim.flow.output.places import CHANGES
 from asbuilt_bim.flow.pipeline import RunResult
@@ -204,7 +205,9 @@ def with_persons(
     if before is not None:
         inputs = inputs_again(inputs, before, result.reports[-1], remapped_ids(before, result.design))
     check_currency(result.reports[-1].cost_lines, inputs, (project.costs,) if project.costs else project.ifc)
-    return replace(result, reports=(*result.reports[:-1], with_valuation(result.reports[-1], inputs, notes)))
+    inputs = replace(inputs, photos=photos_of(result.reports))
+    last_report = with_valuation(result.reports[-1], inputs, (*notes, *photo_changes(inputs)))
+    return replace(result, reports=(*result.reports[:-1], last_report))
 
 
 def provenance(result: RunResult, project: Project, when: datetime) -> Provenance:

@@ -25,7 +25,7 @@ def contract_notes(bill: Bill) -> Iterator[Note]:
             continue
         if line.line.lost:
             yield _lost(line, bill.currency)
-        added = without_contract(line.line, line.paid, line.elements)
+        added = without_contract(line.line, line.paid)
         if added:
             yield _added(line, added, bill.currency)
         if not added and (design := design_off(line)) is not None:

@@ -26,7 +26,7 @@ ROUNDING = 1e-6
 
 def held_line(line: CostProgress, paid: Paid | None, elements: Mapping[str, ElementProgress]) -> CostProgress:
     """Return a line with as much of the contract on its design as when it was certified; what nobody has is lost."""
-    wanted, room = _wanted(line, paid, elements)
+    wanted, room = _wanted(line, paid)
     parts = {key: (kept + room * more) / abs(line.planned_quantity) for key, (kept, more) in wanted.items()}
     share = math.fsum(line.parts.values()) + line.lost
     if not parts or (not line.lost and all(abs(part - line.parts[key]) < ROUNDING for key, part in parts.items())):
@@ -43,17 +43,13 @@ def held_line(line: CostProgress, paid: Paid | None, elements: Mapping[str, Elem
     )
 
 
-def without_contract(
-    line: CostProgress, paid: Paid | None, elements: Mapping[str, ElementProgress]
-) -> dict[str, float]:
+def without_contract(line: CostProgress, paid: Paid | None) -> dict[str, float]:
     """Return by GlobalId what the design gained since it was signed, and the contract has no room for, in its unit."""
-    wanted, room = _wanted(line, paid, elements)
+    wanted, room = _wanted(line, paid)
     return {key: more * (1.0 - room) for key, (_, more) in wanted.items() if more * (1.0 - room) > _rounding(line)}
 
 
-def _wanted(
-    line: CostProgress, paid: Paid | None, elements: Mapping[str, ElementProgress]
-) -> tuple[dict[str, tuple[float, float]], float]:
+def _wanted(line: CostProgress, paid: Paid | None) -> tuple[dict[str, tuple[float, float]], float]:
     """Return by GlobalId what of the contract was an element's and what is new, and for what share of that is room.
 
     One unit of the design stands for what the contract has for it now, but for no less and no more than was signed,
@@ -70,8 +66,7 @@ def _wanted(
         each = min(max(each, signed * min(changed, 1.0)), signed * max(changed, 1.0))
     found: dict[str, tuple[float, float]] = {}
     for key, one in design.items():
-        ids = (key, *elements[key].former_ids) if key in elements else (key,)
-        kept = min(each * one, min(changed, 1.0) * math.fsum(had.get(name, 0.0) for name in ids))
+        kept = min(each * one, min(changed, 1.0) * had.get(key, 0.0))
         found[key] = (kept, each * one - kept) if each * one - kept > _rounding(line) else (each * one, 0.0)
     new = math.fsum(more for _, more in found.values())
     left = there - math.fsum(kept for kept, _ in found.values())

@@ -106,6 +106,7 @@ class Certificate:
     signed_by: str
     signed_on: date
     totals: tuple[BillTotals, ...]
+    photos: dict[str, str] = field(default_factory=dict, compare=False)  # as `ValuationInputs.photos`, when signed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,6 +124,7 @@ class ValuationInputs:
     paid_variations: dict[str, float] = field(default_factory=dict)  # by number, in cents, up to the last certificate
     project_terms: Terms | None = None  # what the project file said of them; None in older results
     signed_terms: Terms | None = None  # of the last certificate; None where there is none, and in older results
+    photos: dict[str, str] = field(default_factory=dict)  # by visit and station: a digest of the two that were measured
 
     @property
     def number(self) -> int:

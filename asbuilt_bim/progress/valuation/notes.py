@@ -17,6 +17,7 @@ OF_MONEY = frozenset(
         *(Reason.CERTIFIED_FALLS, Reason.CERTIFIED_LINE_GONE, Reason.CERTIFIED_LINE_CHANGED),
         *(Reason.CONTRACT_NOT_DESIGN, Reason.DESIGN_LOST_WORK, Reason.COST_UNIT_UNKNOWN, Reason.COST_PAID_TWICE),
         *(Reason.RETENTION_CHANGED, Reason.TAX_CHANGED, Reason.DESIGN_ADDED_WORK),
+        Reason.CERTIFIED_PHOTOS_CHANGED,
     }
 )
 """Codes of notes on lines for which too much or too little may be paid: they stand beside what is due."""

@@ -363,6 +363,8 @@ TERMS = {
     "totals": "Its sums, a bill each.",
     "terms": "Retention and tax.",
     "project_terms": "Retention and tax by the project file at that run.",
+    "ValuationInputs.photos": "By visit and station: a digest of the two photos that this run measured.",
+    "Certificate.photos": "The same of the run whose workbook was signed; empty where nobody knows.",
     "signed_terms": "Retention and tax that the last valuation was signed with.",
     "count_observations": "Whether what persons saw counts in the valuation.",
     "overrides": "Values set by persons.",

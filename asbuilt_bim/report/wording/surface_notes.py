@@ -74,6 +74,17 @@ def colour_word(a: float, b: float) -> str:
     return next(word for most_deg, word in HUES if hue_deg <= most_deg)
 
 
+def _photos_changed(note: Note) -> str:
+    kinds = {"gone": "no longer used: ", "added": "new: ", "replaced": "with other photos: "}
+    told = [f"{words}{{{key}:list}}" for key, words in kinds.items() if note.values[key]]
+    more = ", and {others} more" if note.values["others"] else ""
+    return filled(
+        f"What valuation {{number}} was signed on has changed. Stations {'; '.join(told)}{more}. What was certified "
+        "stays as it was, but what counts of it now follows today's photos. Put them back, or write down why",
+        note,
+    )
+
+
 def _not_used(note: Note) -> str:
     stations = note.values["stations"]
     count = len(stations) if isinstance(stations, tuple) else 1
@@ -115,6 +126,7 @@ SURFACE_NOTES: Mapping[Reason, Template] = {
     Reason.STATIONS_NOT_USED: _not_used,
     Reason.PHOTOS_IN_PROJECT: "The project has these photos already, as {stations:list}{more}. They count there, "
     "and once",
+    Reason.CERTIFIED_PHOTOS_CHANGED: _photos_changed,
     Reason.VISITS_GONE: "The last run counted what was seen on {visits:list}, and this one doesn't: the project file "
     "lacks it. Put it back, or name that visit's result under history",
     Reason.BUILT_EARLY: "{count:# element is|# elements are} built though the schedule begins them after this visit "

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import make_dataclass, replace
 from datetime import date
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,7 +11,9 @@ from typing import Any
 import openpyxl
 import pytest
 
+from asbuilt_bim.codes import Reason
 from asbuilt_bim.errors import CostError, WorkbookError
+from asbuilt_bim.flow.output import publish
 from asbuilt_bim.flow.output.carried_on import inputs_of, last_workbook
 from asbuilt_bim.flow.output.folder import OutputFolder
 from asbuilt_bim.flow.output.kept import keep_edited
@@ -24,6 +26,7 @@ from asbuilt_bim.project.file import ValuationFile
 from asbuilt_bim.report.result.document import read_result, write_result
 from asbuilt_bim.report.wording.changes import changes
 from asbuilt_bim.report.wording.notes import note_words
+from asbuilt_bim.report.workbook.read import LastWorkbook
 from asbuilt_bim.report.workbook.write import write_workbook
 from benchmarks.valuation.sequences import signed
 from tests.progress.valuation.test_contract import exchanged
@@ -162,6 +165,42 @@ def test_costs_in_another_currency_than_was_signed_are_refused_by_file_and_both_
     )
     with pytest.raises(CostError, match="no item is in EUR any more, and valuation 1 has amounts in it"):
         run(others)
+
+
+def on_photos(report: ProgressReport, **digests: str) -> ProgressReport:
+    """Return a report of stations with these digests of their left photos, and no others."""
+    station = report.stations[0]
+    return replace(
+        report, stations=tuple(replace(station, name=name, left_digest=one) for name, one in digests.items())
+    )
+
+
+def test_a_visit_that_was_certified_and_rests_on_other_photos_now_is_named_until_they_are_put_back(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(publish, "remapped_ids", lambda before, design: {})
+    project: Any = SimpleNamespace(valuation=PROJECT, costs=Path("boq.csv"), ifc=())
+
+    def run(report: ProgressReport, before: ProgressReport | None, last: LastWorkbook | None = None) -> ProgressReport:
+        result: Any = make_dataclass("Run", ["reports", "past", "design"])((report,), (), None)
+        return with_persons(result, project, before, last).reports[-1]
+
+    def told(report: ProgressReport) -> list[str]:
+        return [note_words(note) for note in report.notes if note.code is Reason.CERTIFIED_PHOTOS_CHANGED]
+
+    plain = in_currency(sample_report(), "EUR")
+    first = run(on_photos(plain, A="a", B="b", C="c"), None)
+    workbook = LastWorkbook(inputs=replace(signed(first), photos={}), notes=(), certified={})
+    same = run(on_photos(plain, A="a", B="b", C="c"), first, workbook)
+    assert told(same) == []
+    changed = run(on_photos(plain, A="a", B="other", D="d"), same)
+    (words,) = told(changed)
+    day = plain.visit_date.isoformat()
+    assert f"Stations no longer used: {day} C; new: {day} D; with other photos: {day} B." in words
+    assert told(run(on_photos(plain, A="a", B="other", D="d"), changed)) == [words]
+    assert told(run(on_photos(plain, A="a", B="b", C="c"), changed)) == []
+    again = LastWorkbook(inputs=replace(signed(changed), photos={}), notes=(), certified={})
+    assert told(run(on_photos(plain, A="a", B="other", D="d"), changed, again)) == []
 
 
 @pytest.mark.parametrize("spelt", ["€", "eur", "Euro"])
