@@ -22,10 +22,14 @@ class Known:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KeyIndex:
-    """What a result knows by key; `ambiguous` says of a key that stands for several things what they are."""
+    """What a result knows by key; `ambiguous` says of a key that stands for several things what they are.
+
+    `former` are GlobalIds that an element had in earlier exports: a row may still name one.
+    """
 
     known: dict[Hashable, Known] = field(default_factory=dict)
     ambiguous: dict[Hashable, str] = field(default_factory=dict)
+    former: dict[Hashable, Hashable] = field(default_factory=dict)
 
 
 def index_of(table: TableMap, report: ProgressReport) -> KeyIndex:
@@ -70,6 +74,8 @@ def _elements(report: ProgressReport, wanted: frozenset[str]) -> KeyIndex:
     for one in report.elements:
         values = {name: OF_ELEMENTS[name](one) for name in wanted}
         index.known[one.global_id] = Known(name=one.name or one.global_id, quantities=values)
+    former = [(old, one.global_id) for one in report.elements for old in one.former_ids if old not in index.known]
+    index.former.update(former)
     return index
 
 

@@ -88,7 +88,8 @@ class _Filler:
     def fill(self) -> None:
         """Add to the plan what this table changes."""
         rows: dict[Hashable, int] = {}
-        for row, key in self._keys():
+        for row, written in self._keys():
+            key = self.index.former.get(written, written)
             if key in rows:
                 self._fault(row, f"has the key of row {rows[key]} again ({_shown(key)}); only one row may have it")
             elif key in self.index.ambiguous:

@@ -185,6 +185,22 @@ def test_a_row_that_the_result_does_not_know_stays_and_is_named(tmp_path: Path, 
     assert len(found.plan.missing) == len(result.elements) - 8
 
 
+def test_a_row_with_the_globalid_of_an_earlier_export_gets_what_its_element_has_now(
+    tmp_path: Path, result: ProgressReport
+) -> None:
+    path, mapping = small(tmp_path, result)
+    element, *others = result.elements
+    moved = replace(result, elements=(replace(element, global_id="new", former_ids=(element.global_id,)), *others))
+    plan = fill_workbook(path, read_map(mapping), moved).plan
+    assert not plan.strangers and not any(name.startswith(element.name) for name in plan.missing)
+    with xlsxwriter.Workbook(str(tmp_path / "both.xlsx")) as book:
+        sheet = book.add_worksheet("Sheet")
+        sheet.write("A2", element.global_id)
+        sheet.write("A3", "new")
+    with pytest.raises(FillError, match=r"row 3: has the key of row 2 again \(new\)"):
+        fill_workbook(tmp_path / "both.xlsx", read_map(mapping), moved)
+
+
 def test_groups_add_up_over_class_storey_and_type(tmp_path: Path, result: ProgressReport) -> None:
     path = tmp_path / "groups.xlsx"
     book = openpyxl.Workbook()
