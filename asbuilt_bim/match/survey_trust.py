@@ -1,6 +1,5 @@
 """May a survey decide anything? One that lies beside the design doesn't, unless a person accepts its very shift."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,11 +8,10 @@ from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
-from asbuilt_bim.geometry.transform import wrapped
 from asbuilt_bim.match.assign import match_faces
 from asbuilt_bim.match.options import MatchOptions
 from asbuilt_bim.match.result import MatchResult
-from asbuilt_bim.match.survey_shift import COARSE_M, COARSE_RAD, survey_shift
+from asbuilt_bim.match.survey_shift import survey_shift
 from asbuilt_bim.register.pose import PlacedStation, Placement
 from asbuilt_bim.scale.share import Share, in_turn
 
@@ -62,8 +60,8 @@ def hold_against_design(
 ) -> HeldAgainstDesign:
     """Match what was measured, as `share` has it, and refuse every station where all of it lies beside the design.
 
-    A shift that a person has accepted is taken off the stations, where it is the one that is found. Another one is
-    refused as before.
+    A shift that a person has accepted is taken off the stations, where nothing speaks of another one then: photos of
+    one storey may fit two that are alike, and the person knows which. Else the survey is refused as before.
     """
     matched = match_faces(placement, design, options, share)
     faults = survey_shift(matched, design)
@@ -71,7 +69,7 @@ def hold_against_design(
         return _held(matched, faults, design, options)
     if not faults:
         return _held(matched, (), design, options, (_of_shift(Reason.SHIFT_NOT_NEEDED, accepted),))
-    if all(fault.code in SHIFTS and _is_near(fault, accepted, placement.stations) for fault in faults):
+    if all(fault.code in SHIFTS for fault in faults):
         moved = replace(placement, stations=tuple(_moved(one, accepted.undo()) for one in placement.stations))
         back = match_faces(moved, design, options, share)
         if not survey_shift(back, design):
@@ -104,20 +102,6 @@ def _held(
     return HeldAgainstDesign(
         matched=without_stations(matched, design, options), rejections=(*faults, *stations), notes=notes
     )
-
-
-def _is_near(fault: Rejection, accepted: Shift, stations: Sequence[PlacedStation]) -> bool:
-    """Say whether a named shift moves the stations as the accepted one does, to what a place is found to at first."""
-    number = {key: float(str(value)) for key, value in fault.values.items()}
-    found = Shift(
-        move_m=frozen([number[f"move_{axis}_m"] for axis in "xyz"]),
-        turn_rad=number["turn_rad"],
-        about_m=frozen([number["about_x_m"], number["about_y_m"]]),
-    )
-    places = np.array([[*one.pose.world_from_left[:3, 3], 1.0] for one in stations])
-    apart = np.linalg.norm(places @ (found.undo() - accepted.undo()).T, axis=1)
-    turned = float(wrapped(found.turn_rad - accepted.turn_rad))
-    return bool(apart.max(initial=0.0) <= COARSE_M and abs(turned) <= COARSE_RAD)
 
 
 def _moved(placed: PlacedStation, move: FloatArray) -> PlacedStation:

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 import pytest
 
+from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.codes import Reason, SubjectKind
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import frozen
@@ -19,7 +20,7 @@ from asbuilt_bim.match.survey_trust import HeldAgainstDesign, Shift, hold_agains
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.reasons import words_of
 from tests.match.small_site import FAR, measured, placement, station
-from tests.match.test_survey_search import COLUMNS, POSE, WALLS, design
+from tests.match.test_survey_search import COLUMNS, POSE, STOREY_M, WALLS, design
 
 SITE = design(COLUMNS + WALLS)
 AXIS_M = np.array([6.0, 4.0])
@@ -30,14 +31,15 @@ def held(
     accepted: Shift | None = None,
     turn_deg: float = 0.0,
     method: Literal["markers", "given"] = "markers",
+    site: BimModel = SITE,
 ) -> HeldAgainstDesign:
-    """Measure all of the site turned and moved, in a survey that is turned and moved as much, and hold it to it."""
+    """Measure the site's lowest storey turned and moved, in a survey turned and moved as much, and hold it to it."""
     axis = FAR + np.append(AXIS_M, 0.0)
     turn = rigid(rotation_from_vector(np.array([0.0, 0.0, np.radians(turn_deg)])), np.zeros(3))
     carried = rigid(np.eye(3), axis + np.asarray(move, float)) @ turn @ rigid(np.eye(3), -axis)
     pose = carried @ POSE
     seen = []
-    for one in SITE.elements:
+    for one in (one for one in site.elements if one.global_id.startswith("0")):
         for index in range(4):
             frame = one.faces[index].frame
             assert isinstance(frame, PlaneFrame)
@@ -46,7 +48,7 @@ def held(
             seen.append(measured(f"A1/{one.global_id}{index}", pose, frame.moved(carried), region))
     stood = station("A1", pose, [], seen)
     stood = replace(stood, pose=replace(stood.pose, method=method))
-    return hold_against_design(placement(stood), SITE, MatchOptions(), accepted)
+    return hold_against_design(placement(stood), site, MatchOptions(), accepted)
 
 
 def shift(*move: float, turn_deg: float = 0.0) -> Shift:
@@ -95,6 +97,12 @@ def test_another_shift_than_the_accepted_one_is_refused_with_both(accepted: Shif
     found = held((0.2, 0.0, 0.0), accepted)
     said = [one.code for one in found.rejections]
     assert said[:2] == [Reason.SURVEY_SHIFTED, Reason.SHIFT_OTHER_THAN_ACCEPTED] and not found.matched.stations
+
+
+@pytest.mark.parametrize("rise_m", [1.2, 1.2 - STOREY_M])
+def test_where_photos_fit_two_storeys_alike_the_one_that_a_person_accepts_counts(rise_m: float) -> None:
+    found = held((0.0, 0.0, 1.2), shift(0.0, 0.0, rise_m), site=design(COLUMNS + WALLS, COLUMNS + WALLS))
+    assert [note.code for note in found.notes] == [Reason.SHIFT_ACCEPTED] and not found.rejections
 
 
 def test_an_accepted_shift_that_is_not_there_moves_nothing_and_is_told() -> None:
