@@ -14,6 +14,7 @@ from asbuilt_bim.codes import Reason
 from asbuilt_bim.errors import CostError
 from asbuilt_bim.ifc.read.covers import read_covers
 from asbuilt_bim.ifc.read.design import read_design
+from asbuilt_bim.progress.valuation.notes import of_money
 from asbuilt_bim.project.tables.costs import CostsTable, read_costs, with_costs
 from tests.ifc.models import ModelBuilder
 from tests.notes import codes
@@ -97,6 +98,8 @@ def test_what_covers_nothing_and_what_is_covered_twice_is_named(tmp_path: Path) 
     wrong = next(note for note in design.notes if note.values.get("written") == "Level 99")
     assert (wrong.values["column"], wrong.values["known"]) == ("storey", tuple(one.name for one in design.storeys))
     assert len(design.cost_lines) == 6
+    asked = {str(note.values.get("item")) for note in design.notes if of_money(note)}
+    assert asked >= {"3 nowhere", "5 strangers"} and "4 nothing said" not in asked
 
 
 def test_a_selector_that_cannot_be_read_is_refused_with_its_item(tmp_path: Path) -> None:

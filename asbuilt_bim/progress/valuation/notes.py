@@ -17,7 +17,7 @@ OF_MONEY = frozenset(
         *(Reason.CERTIFIED_FALLS, Reason.CERTIFIED_LINE_GONE, Reason.CERTIFIED_LINE_CHANGED),
         *(Reason.CONTRACT_NOT_DESIGN, Reason.DESIGN_LOST_WORK, Reason.COST_UNIT_UNKNOWN, Reason.COST_PAID_TWICE),
         *(Reason.RETENTION_CHANGED, Reason.TAX_CHANGED, Reason.DESIGN_ADDED_WORK),
-        Reason.CERTIFIED_PHOTOS_CHANGED,
+        *(Reason.CERTIFIED_PHOTOS_CHANGED, Reason.COST_COVER_UNKNOWN),
     }
 )
 """Codes of notes on lines for which too much or too little may be paid: they stand beside what is due."""
@@ -32,6 +32,11 @@ CODES = frozenset(
 )
 """Codes of notes that are made anew whenever a workbook is."""
 MOST = 20
+
+
+def of_money(note: Note) -> bool:
+    """Say whether a note stands beside what is due: so does a line's that names what isn't there, say a storey."""
+    return note.code in OF_MONEY or (note.code is Reason.COST_COVERS_NOTHING and bool(note.values["said"]))
 
 
 def with_valuation(report: ProgressReport, inputs: ValuationInputs | None, read: Sequence[Note] = ()) -> ProgressReport:

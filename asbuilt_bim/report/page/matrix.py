@@ -8,7 +8,7 @@ from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport
 from asbuilt_bim.progress.valuation.bill import Bill, bills
 from asbuilt_bim.progress.valuation.inputs import NO_INPUTS
-from asbuilt_bim.progress.valuation.notes import OF_MONEY
+from asbuilt_bim.progress.valuation.notes import of_money
 from asbuilt_bim.report.by_persons import by_persons
 from asbuilt_bim.report.drawings.planned_shares import PlannedElements, planned_elements
 from asbuilt_bim.report.page.trades import Trades, trades_of
@@ -102,7 +102,7 @@ def _asked(report: ProgressReport, bill: Bill) -> tuple[str, ...]:
     """Return the notes on a bill, its lines and its variations that say why money rises or falls."""
     own = {line.line.global_id for line in bill.lines} | {one.variation.number for one in bill.variations}
     own.add(f"bill {bill.number}")
-    return tuple(note_words(note) for note in report.notes if note.code in OF_MONEY and note.subject.name in own)
+    return tuple(note_words(note) for note in report.notes if of_money(note) and note.subject.name in own)
 
 
 def _cells(

@@ -9,7 +9,7 @@ from xlsxwriter.worksheet import Worksheet
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.valuation.bill import Bill, Sums
 from asbuilt_bim.progress.valuation.inputs import NO_INPUTS
-from asbuilt_bim.progress.valuation.notes import CODES, OF_MONEY
+from asbuilt_bim.progress.valuation.notes import CODES, of_money
 from asbuilt_bim.report.by_persons import by_persons
 from asbuilt_bim.report.cost_rows import NO_CURRENCY
 from asbuilt_bim.report.tables import faults_before, still_in_doubt
@@ -95,7 +95,7 @@ def write_valuation(
     for bill in made:
         row = _summary(book, sheet, row + 1, bill, places, styles)
     row = _signatures(book, sheet, row + 1, styles)
-    notes = [note_words(note) for note in report.notes if note.code in CODES | OF_MONEY]
+    notes = [note_words(note) for note in report.notes if note.code in CODES or of_money(note)]
     rests = [rests_words(by_persons(bill), bill.cumulative.variations, bill.currency) for bill in made]
     persons = persons_words(
         [one for one in rests if one], len(inputs.overrides), len(inputs.rates), len(inputs.variations)
