@@ -12,24 +12,19 @@ from asbuilt_bim.progress.valuation.inputs import ValuationInputs
 from asbuilt_bim.progress.valuation.known_again import paid_lines
 from asbuilt_bim.progress.valuation.observed import observation_notes, observed_elements
 
-OF_MONEY = frozenset(
-    {
-        *(Reason.CERTIFIED_FALLS, Reason.CERTIFIED_LINE_GONE, Reason.CERTIFIED_LINE_CHANGED),
-        *(Reason.CONTRACT_NOT_DESIGN, Reason.DESIGN_LOST_WORK, Reason.COST_UNIT_UNKNOWN, Reason.COST_PAID_TWICE),
-        *(Reason.RETENTION_CHANGED, Reason.TAX_CHANGED, Reason.DESIGN_ADDED_WORK),
-        *(Reason.CERTIFIED_PHOTOS_CHANGED, Reason.COST_COVER_UNKNOWN),
-    }
-)
+_OF_LINES = {
+    *(Reason.CERTIFIED_FALLS, Reason.CERTIFIED_LINE_GONE, Reason.CERTIFIED_LINE_CHANGED, Reason.TAX_CHANGED),
+    *(Reason.CONTRACT_NOT_DESIGN, Reason.DESIGN_LOST_WORK, Reason.DESIGN_ADDED_WORK, Reason.RETENTION_CHANGED),
+}
+OF_MONEY = _OF_LINES | {
+    *(Reason.COST_UNIT_UNKNOWN, Reason.COST_PAID_TWICE, Reason.COST_COVER_UNKNOWN, Reason.CERTIFIED_PHOTOS_CHANGED),
+}
 """Codes of notes on lines for which too much or too little may be paid: they stand beside what is due."""
-CODES = frozenset(
-    {
-        *(Reason.OBSERVATION_CONTRADICTS, Reason.OBSERVATION_SHOWN, Reason.OBSERVATION_LATER, Reason.CERTIFIED_FALLS),
-        *(Reason.CERTIFIED_LINE_GONE, Reason.OVERRIDE_UNUSED, Reason.OVERRIDE_UNSIGNED, Reason.OVERRIDE_UNREADABLE),
-        *(Reason.RATE_CHANGED, Reason.RATE_UNREADABLE, Reason.VARIATION_UNREADABLE, Reason.CERTIFICATE_LATER),
-        *(Reason.TERMS_KEPT, Reason.CONTRACT_NOT_DESIGN, Reason.DESIGN_LOST_WORK, Reason.CERTIFIED_LINE_CHANGED),
-        *(Reason.RETENTION_CHANGED, Reason.TAX_CHANGED, Reason.RATE_UNUSED, Reason.DESIGN_ADDED_WORK),
-    }
-)
+CODES = _OF_LINES | {
+    *(Reason.OBSERVATION_CONTRADICTS, Reason.OBSERVATION_SHOWN, Reason.OBSERVATION_LATER, Reason.CERTIFICATE_LATER),
+    *(Reason.OVERRIDE_UNUSED, Reason.OVERRIDE_UNSIGNED, Reason.OVERRIDE_UNREADABLE, Reason.RATE_CHANGED),
+    *(Reason.RATE_UNREADABLE, Reason.RATE_UNUSED, Reason.VARIATION_UNREADABLE, Reason.TERMS_KEPT),
+}
 """Codes of notes that are made anew whenever a workbook is."""
 MOST = 20
 
