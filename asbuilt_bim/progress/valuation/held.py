@@ -33,20 +33,19 @@ def held_line(line: CostProgress, paid: Paid | None, elements: Mapping[str, Elem
         return line
     known = {key: elements[key] for key in parts if key in elements}
     seen = weighted(list(known.values()), [parts[key] for key in known], ProgressOptions())
-    completion = with_unmeasured(seen, 1.0 - unmeasured_part(parts))
+    on_design = 1.0 - unmeasured_part(parts)
+    completion = with_unmeasured(seen, on_design)
     if seen.best is not None and not line.others:  # of what the design lost nothing is wanted any more
-        completion = replace(completion, best=seen.best * (1.0 - unmeasured_part(parts)))
-    made = earned(line, completion, parts, known)
+        completion = replace(completion, best=seen.best * on_design)
+    made = replace(earned(line, completion, parts, known), designs=line.designs, design_quantity=line.design_quantity)
     lost = share - math.fsum(parts.values())
-    return replace(
-        made, designs=line.designs, design_quantity=line.design_quantity, lost=lost if lost > ROUNDING else 0.0
-    )
+    return replace(made, lost=lost if lost > ROUNDING else 0.0)
 
 
 def without_contract(line: CostProgress, paid: Paid | None) -> dict[str, float]:
     """Return by GlobalId what the design gained since it was signed, and the contract has no room for, in its unit."""
     wanted, room = _wanted(line, paid)
-    return {key: more * (1.0 - room) for key, (_, more) in wanted.items() if more * (1.0 - room) > _rounding(line)}
+    return {key: more * (1.0 - room) for key, (_, more) in wanted.items() if more * (1.0 - room) > _step(line)}
 
 
 def _wanted(line: CostProgress, paid: Paid | None) -> tuple[dict[str, tuple[float, float]], float]:
@@ -56,7 +55,7 @@ def _wanted(line: CostProgress, paid: Paid | None) -> tuple[dict[str, tuple[floa
     or than that as the contract fell or rose since.
     """
     design, contract = designs(line), abs(line.planned_quantity)
-    had = {} if paid is None else {key: abs(one) for key, one in paid.quantities.items()}
+    had = {key: abs(one) for key, one in paid.quantities.items()} if paid else {}
     if contract <= 0.0 or math.fsum(design.values()) <= 0.0:
         return {}, 1.0
     there = contract * (math.fsum(line.parts.values()) + line.lost)
@@ -66,16 +65,17 @@ def _wanted(line: CostProgress, paid: Paid | None) -> tuple[dict[str, tuple[floa
         each = min(max(each, signed * min(changed, 1.0)), signed * max(changed, 1.0))
     found: dict[str, tuple[float, float]] = {}
     for key, one in design.items():
-        kept = min(each * one, min(changed, 1.0) * had.get(key, 0.0))
-        found[key] = (kept, each * one - kept) if each * one - kept > _rounding(line) else (each * one, 0.0)
-    new = math.fsum(more for _, more in found.values())
-    left = there - math.fsum(kept for kept, _ in found.values())
-    return found, min(max(left / new, 0.0), 1.0) if new > 0.0 else 1.0
+        more = each * one - min(changed, 1.0) * had.get(key, 0.0)
+        more = more if more > _step(line) / 2.0 else 0.0  # what was signed was read rounded
+        found[key] = (each * one - more, more)
+    kept, new = (math.fsum(column) for column in zip(*found.values(), strict=True))
+    if kept > contract:  # by what that adds up to
+        found = {key: (one * contract / kept, more) for key, (one, more) in found.items()}
+    return found, min(max((there - kept) / new, 0.0), 1.0) if new > 0.0 else 1.0
 
 
-def _rounding(line: CostProgress) -> float:
-    """Return what of a line's unit a quantity may differ by as it was read: it stood there rounded."""
-    return 0.5 * float(Decimal(1).scaleb(-quantity_decimals(line.planned_quantity))) * (1.0 + ROUNDING)
+def _step(line: CostProgress) -> float:
+    return float(Decimal(1).scaleb(-quantity_decimals(line.planned_quantity)))
 
 
 def designs(line: CostProgress) -> Mapping[str, float]:

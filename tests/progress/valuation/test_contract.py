@@ -171,6 +171,16 @@ def test_a_wall_that_the_design_gains_takes_nothing_from_what_was_certified_of_t
     assert only(third).period.work == 0.0 and codes(third) == [Reason.DESIGN_ADDED_WORK]
 
 
+def test_quantities_that_were_read_rounded_lower_nothing_when_the_design_gains_a_wall() -> None:
+    odd = {"a": 4.0004, "b": 3.9996, "c": 1.23449, "d": 6.76551}
+    before = designed(ALL, LINE, None, odd)
+    rounded = signed(before)
+    read = {key: round(one, 3) for key, one in rounded.paid[0].quantities.items()}
+    rounded = replace(rounded, paid=(replace(rounded.paid[0], quantities=read),))
+    after = designed({**ALL, "e": NONE}, LINE, rounded, {**odd, "e": 4.0})
+    assert only(after).period.work == 0.0 and codes(after) == [Reason.DESIGN_ADDED_WORK]
+
+
 def test_what_a_raised_contract_holds_of_a_new_wall_is_its_part_and_the_rest_is_named() -> None:
     before = signed(report_of(ALL))
     part = added(replace(LINE, planned_quantity=18.0), before)
