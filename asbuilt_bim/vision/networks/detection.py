@@ -26,3 +26,17 @@ def wrong_shapes(card: NetworkCard, outputs: Outputs, wanted: str) -> NetworkErr
     """Return what to raise where outputs haven't the shapes of their layout."""
     there = ", ".join(f"{role} {array.shape}" for role, array in outputs.items())
     return NetworkError(f"network {card.name}: the layout {card.layout} wants {wanted}; the file gives {there}")
+
+
+def refuse_unknown_ids(card: NetworkCard, count: int) -> None:
+    """Refuse a card with classes that a network of `count` classes can't answer with.
+
+    Raises:
+        NetworkError: a class's number is `count` or more.
+    """
+    wrong = [f"{one.id} ({one.name[:40]})" for one in card.classes if one.id >= count]
+    if wrong:
+        raise NetworkError(
+            f"network {card.name}: its card names class {', '.join(wrong[:5])}, the file tells {count} classes apart "
+            f"(ids 0 to {count - 1}); correct the ids in the card, or take these classes out"
+        )

@@ -8,7 +8,7 @@ from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array
 from asbuilt_bim.vision.networks.card import Meaning, NetworkCard
 from asbuilt_bim.vision.networks.centres import Groups, grouped
-from asbuilt_bim.vision.networks.detection import Outputs, Sighting, wrong_shapes
+from asbuilt_bim.vision.networks.detection import Outputs, Sighting, refuse_unknown_ids, wrong_shapes
 from asbuilt_bim.vision.networks.layers import layers
 from asbuilt_bim.vision.networks.map_geometry import Relief
 from asbuilt_bim.vision.networks.part_affinity import joined
@@ -30,15 +30,16 @@ def read_instances(outputs: Outputs, card: NetworkCard, fit: Fit, relief: Relief
     the network's input, if there is stereo, tells apart what stands one behind the other and joins what runs on.
 
     Raises:
-        NetworkError: the outputs haven't these shapes, or offsets point beyond all bounds.
+        NetworkError: the outputs haven't these shapes or the card's classes, or offsets point beyond all bounds.
     """
     logits, offsets = outputs["logits"], outputs["offsets"]
     fits = logits.ndim == offsets.ndim == 4 and len(logits) == len(offsets) == 1 and offsets.shape[1] == 2
     if not fits or logits.shape[2:] != offsets.shape[2:] or logits.shape[1] < 2 or min(logits.shape[2:]) < 8:
         raise wrong_shapes(card, outputs, "logits (1, C, h, w) with two classes or more, offsets (1, 2, h, w)")
+    refuse_unknown_ids(card, logits.shape[1])
     likely = _likelihoods(logits[0].astype(np.float32))
     step = (fit.input_size[0] / likely.shape[2], fit.input_size[1] / likely.shape[1])
-    wall, column = (likely[_numbers(card, meaning, len(likely))].sum(axis=0) for meaning in ("wall", "column"))
+    wall, column = (likely[_numbers(card, meaning)].sum(axis=0) for meaning in ("wall", "column"))
     inside = wall + column - np.float32(0.5)
     arrows = offsets[0] * (card.offset_px / np.array(step)[:, None, None])
     if (furthest := float(np.abs(arrows).max())) > FURTHEST * max(arrows.shape):
@@ -61,8 +62,8 @@ def read_instances(outputs: Outputs, card: NetworkCard, fit: Fit, relief: Relief
     return found
 
 
-def _numbers(card: NetworkCard, meaning: Meaning, count: int) -> list[int]:
-    return [one.id for one in card.classes if one.label == meaning and one.id < count]
+def _numbers(card: NetworkCard, meaning: Meaning) -> list[int]:
+    return [one.id for one in card.classes if one.label == meaning]
 
 
 def _likelihoods(logits: Float32Array) -> Float32Array:
@@ -103,7 +104,7 @@ def _verdict(likely: Float32Array, card: NetworkCard) -> tuple[int, float]:
     Wall or column is decided by the mean of the likelihoods' logarithms. The score is how sure the network is that the
     pixels are one or the other, less at most a quarter where it isn't sure of which.
     """
-    walls, columns = _numbers(card, "wall", len(likely)), _numbers(card, "column", len(likely))
+    walls, columns = _numbers(card, "wall"), _numbers(card, "column")
     as_wall, as_column = likely[walls].sum(axis=0), likely[columns].sum(axis=0)
     against = float(np.mean(np.log(np.maximum(as_wall, LEAST_LIKELY)) - np.log(np.maximum(as_column, LEAST_LIKELY))))
     number = max(walls if against >= 0.0 and walls else columns or walls, key=lambda k: float(likely[k].mean()))
@@ -123,7 +124,7 @@ def _others(likely: Float32Array, card: NetworkCard, fit: Fit, step: tuple[float
     """Return a sighting of each class that is something else, over all the pixels where it is the likeliest."""
     best = likely.argmax(axis=0)
     found: list[Sighting] = []
-    for number in _numbers(card, "other", len(likely)):
+    for number in _numbers(card, "other"):
         own = best == number
         if own.any():
             lead = likely[number] - np.delete(likely, number, axis=0).max(axis=0)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array
 from asbuilt_bim.vision.networks.card import NetworkCard
-from asbuilt_bim.vision.networks.detection import Outputs, Sighting, wrong_shapes
+from asbuilt_bim.vision.networks.detection import Outputs, Sighting, refuse_unknown_ids, wrong_shapes
 from asbuilt_bim.vision.networks.instances import read_instances
 from asbuilt_bim.vision.networks.map_geometry import Relief
 from asbuilt_bim.vision.networks.picture import Fit
@@ -26,7 +26,7 @@ def read_sightings(outputs: Outputs, card: NetworkCard, fit: Fit, relief: Relief
     `relief` of the input, where there is stereo, helps to tell what is one instance.
 
     Raises:
-        NetworkError: the outputs haven't the shapes of the layout, or scores aren't 0 to 1.
+        NetworkError: the outputs haven't the shapes of the layout or the card's classes, or scores aren't 0 to 1.
     """
     if card.layout == "centres":
         found = read_instances(outputs, card, fit, relief)
@@ -69,6 +69,7 @@ def _yolo(outputs: Outputs, card: NetworkCard, fit: Fit) -> list[Sighting]:
     classes = table.shape[1] - 4 - len(planes)
     if classes < 1:
         raise wrong_shapes(card, outputs, "predictions (1, 4 + classes + m, N), prototypes (1, m, h, w)")
+    refuse_unknown_ids(card, classes)
     scores, numbers = table[:, 4 : 4 + classes].max(axis=1), table[:, 4 : 4 + classes].argmax(axis=1)
     half = 0.5 * table[:, 2:4]
     boxes = np.concatenate([table[:, :2] - half, table[:, :2] + half], axis=1)
@@ -93,6 +94,7 @@ def _query(outputs: Outputs, card: NetworkCard, fit: Fit) -> list[Sighting]:
         raise wrong_shapes(card, outputs, "logits (1, Q, C), masks (1, Q, h, w)")
     likely = _likely(logits[0], card.activation)
     likely = likely[:, :-1] if card.activation == "softmax" else likely
+    refuse_unknown_ids(card, likely.shape[1])
     scores, numbers = likely.max(axis=1), likely.argmax(axis=1)
     step = (fit.input_size[0] / masks.shape[3], fit.input_size[1] / masks.shape[2])
     return [
@@ -112,6 +114,7 @@ def _semantic(outputs: Outputs, card: NetworkCard, fit: Fit) -> list[Sighting]:
     logits = outputs["logits"]
     if logits.ndim != 4 or len(logits) != 1 or logits.shape[1] < 2:
         raise wrong_shapes(card, outputs, "logits (1, C, h, w) with two classes or more")
+    refuse_unknown_ids(card, logits.shape[1])
     step = (fit.input_size[0] / logits.shape[3], fit.input_size[1] / logits.shape[2])
     full = np.stack([fit.to_photo(plane.astype(np.float32), *step) for plane in logits[0]], axis=-1)
     best = full.argmax(axis=-1)

@@ -225,6 +225,34 @@ def test_offsets_beyond_all_bounds_are_refused(tmp_path: Path) -> None:
     assert "an offset points 5e+08 cells away" in refused(graphs.card(tmp_path, graphs.constant(answer), "centres"))
 
 
+@pytest.mark.parametrize(
+    ("layout", "answer", "count"),
+    [
+        ("semantic", {"logits": LOGITS}, 3),
+        ("centres", {"logits": LOGITS[..., ::2, ::2], "offsets": np.zeros((1, 2, 24, 32), np.float32)}, 3),
+        ("query", {"logits": np.zeros((1, 5, 4), np.float32), "masks": np.zeros((1, 5, 12, 16), np.float32)}, 4),
+        ("yolo-seg", {"p": np.zeros((1, 39, 9), np.float32), "q": np.zeros((1, 32, 12, 16), np.float32)}, 3),
+    ],
+)
+def test_a_class_that_the_network_has_no_output_for_is_refused_with_both_numbers(
+    tmp_path: Path, layout: str, answer: dict[str, np.ndarray], count: int
+) -> None:
+    wall = {"id": 1, "name": "cast wall", "label": "wall"}
+    classes = [wall, {"id": count, "name": "pillar", "label": "column"}]
+    message = refused(graphs.card(tmp_path, graphs.constant(answer), layout, classes=classes))
+    assert f"names class {count} (pillar), the file tells {count} classes apart (ids 0 to {count - 1})" in message
+    assert "correct the ids in the card" in message
+    classes[1] |= {"id": count - 1}
+    path = graphs.card(tmp_path, graphs.constant(answer), layout, classes=classes)
+    NetworkSegmenter(loaded=load(path, "segment")).sightings(PHOTO)
+
+
+def test_the_class_nothing_of_a_softmax_is_none_to_name(tmp_path: Path) -> None:
+    answer = {"logits": np.zeros((1, 5, 3), np.float32), "masks": np.zeros((1, 5, 12, 16), np.float32)}
+    path = graphs.card(tmp_path, graphs.constant(answer), "query", activation="softmax")
+    assert "names class 2 (pillar), the file tells 2 classes apart" in refused(path)
+
+
 def test_a_card_with_geometry_wants_a_second_input(tmp_path: Path) -> None:
     path = graphs.card(tmp_path, graphs.constant({"logits": LOGITS}), "semantic", geometry={"input": "g"})
     assert "has 1 inputs, its card wants 2" in refused(path)
