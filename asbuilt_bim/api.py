@@ -17,6 +17,7 @@ from asbuilt_bim.ifc import apart
 from asbuilt_bim.progress.report import ProgressReport, ShownState
 from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.read import read_project
+from asbuilt_bim.report.drawings.colours import with_default_colours
 from asbuilt_bim.report.result.document import read_result
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.reasons import words_of
@@ -141,9 +142,12 @@ def write_asbuilt(
 ) -> None:
     """Write a copy of the IFC file `source` to `target` that carries the report, and the visits before it as a history.
 
-    `colours` (state -> "#rrggbb") paints the observed elements by state. Writing twice gives the same file.
+    `colours` (state -> "#rrggbb") paints the elements by state; states that it lacks take the report's colours, and
+    `{}` takes them all. Writing twice gives the same file.
 
     Raises:
-        AsBuiltError: the source can't be read, the report is of another design, or the copy can't be written.
+        AsBuiltError: the source can't be read, the report is of another design, a colour can't be read, or the copy
+            can't be written.
     """
-    apart.write_asbuilt(source, report, target, earlier=earlier, colours=colours, words=note_words)
+    painted = None if colours is None else with_default_colours(colours)
+    apart.write_asbuilt(source, report, target, earlier=earlier, colours=painted, words=note_words)

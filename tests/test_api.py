@@ -5,17 +5,24 @@ import re
 from dataclasses import replace
 from datetime import date, datetime
 from pathlib import Path
+from typing import Any
 
+import ifcopenshell
 import pytest
 
 import asbuilt_bim
 from asbuilt_bim import api
 from asbuilt_bim.camera.rig_formats.rig_file import write_rig
 from asbuilt_bim.codes import Reason, SubjectKind, about
-from asbuilt_bim.errors import rejected
+from asbuilt_bim.errors import AsBuiltError, rejected
+from asbuilt_bim.progress.report import ShownState
+from asbuilt_bim.report.drawings.colours import STATE_COLOURS
 from asbuilt_bim.report.result.document import read_result
 from tests.camera.virtual import rig
 from tests.example_package import example_package
+from tests.ifc.models import ModelBuilder
+from tests.ifc.reports import report_on
+from tests.report.sample_report import sample_report
 from tests.site_fixture import small_project, write
 
 __all__ = ["example_package"]
@@ -159,3 +166,35 @@ def test_a_broken_writer_or_schedule_is_refused_before_a_photo_is_read(tmp_path:
         asbuilt_bim.run(project, tmp_path / "out")
     with pytest.raises(asbuilt_bim.AsBuiltError, match="no such folder"):
         asbuilt_bim.remake(tmp_path / "none")
+
+
+@pytest.mark.parametrize("given", [{}, {"complete": "#00FF00"}])
+def test_states_without_a_colour_of_their_own_take_the_reports(given: dict[ShownState, str], tmp_path: Path) -> None:
+    builder, best = ModelBuilder(), {"full": 1.0, "half": 0.5, "hidden": None}
+    for at, name in enumerate(best):
+        builder.box("IfcColumn", name, (2.0 * at, 0.0, 0.0), (0.4, 0.4, 3.0))
+    source, target = builder.write(tmp_path / "m.ifc"), tmp_path / "w.ifc"
+    asbuilt_bim.write_asbuilt(source, report_on(asbuilt_bim.read_design(source), best), target, colours=given)
+    painted = {
+        style.Name.removeprefix("AsBuilt_Colour "): tuple(style.Styles[0].SurfaceColour)[1:]
+        for style in ifcopenshell.open(str(target)).by_type("IfcSurfaceStyle")
+    }
+    wanted = STATE_COLOURS | given
+    assert set(painted) == {"complete", "part", "unknown"}
+    for state, rgb in painted.items():
+        assert rgb == pytest.approx([int(wanted[state][at : at + 2], 16) / 255.0 for at in (1, 3, 5)])
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"part": "red"}, "colours: 'red' for 'part' is no colour; write #rrggbb, such as #f0a202"),
+        ({"part": "#0f0"}, "colours: '#0f0' for 'part' is no colour; write #rrggbb"),
+        ({"part": (0, 1, 0)}, "colours: (0, 1, 0) for 'part' is no colour"),
+        ({"done": "#00ff00"}, "colours: 'done' is no state; the states are complete, complete as far as seen, part"),
+        ("red", "colours: 'red' is no dictionary"),
+    ],
+)
+def test_a_colour_that_cannot_be_read_is_refused_with_its_state(given: Any, says: str, tmp_path: Path) -> None:
+    with pytest.raises(AsBuiltError, match=re.escape(says)):
+        asbuilt_bim.write_asbuilt(tmp_path / "m.ifc", sample_report(), tmp_path / "w.ifc", colours=given)

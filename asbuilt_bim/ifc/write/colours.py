@@ -19,7 +19,7 @@ _ASIDE = "AsBuilt_Aside"
 
 
 class Painter:
-    """Colours the bodies of elements in one file."""
+    """Colours the bodies of elements in one file; `colours` has one for each state, `#rrggbb`."""
 
     def __init__(self, marker: Marker, colours: Mapping[ShownState, str]) -> None:
         self._make = marker.file.create_entity
@@ -36,8 +36,7 @@ class Painter:
         A body that several elements share has one colour for all of them, and stays as it is.
         """
         items = list(_body_items(element))
-        state = progress.shown_state if progress.shown_state in self._colours else progress.state
-        could = [self._paint_item(item, state) for item in items]
+        could = [self._paint_item(item, progress.shown_state) for item in items]
         return bool(could) and all(could)
 
     def finish(self) -> None:

@@ -36,7 +36,7 @@ def write_asbuilt(
 ) -> None:
     """Write a copy of `source` to `target` that carries the report, and the visits before it as a history.
 
-    `colours` (state -> "#rrggbb") paints the elements by state, `words` makes the texts of notes. What an
+    `colours` (each state -> "#rrggbb") paints the elements by state, `words` makes the texts of notes. What an
     earlier run had written into `source` is replaced, so writing twice gives the same file. The copy appears whole or
     not at all.
 

@@ -1,5 +1,9 @@
 """The colours of the report: told apart by colour-blind eyes too, and never the only sign of a state."""
 
+import re
+from collections.abc import Mapping
+
+from asbuilt_bim.errors import OptionError
 from asbuilt_bim.progress.report import ProgressReport, ShownState
 
 STATE_COLOURS: dict[ShownState, str] = {
@@ -15,6 +19,24 @@ UNMATCHED_COLOUR = "#c9ced4"
 NOT_COUNTED_COLOUR = "#b98a5e"
 TARGET_COLOUR = "#ff3b5c"
 ORDER: tuple[ShownState, ...] = ("complete", "complete as far as seen", "part", "not started", "displaced", "unknown")
+
+
+def with_default_colours(given: Mapping[ShownState, str]) -> dict[ShownState, str]:
+    """Return a colour for each state: the one that is given, `#rrggbb`, or the report's.
+
+    Raises:
+        OptionError: there is no such state, or what is given is no colour of this form.
+    """
+    if not isinstance(given, Mapping):
+        raise OptionError(f"colours: {given!r:.60} is no dictionary; give {{'complete': '#12a878'}}, state by state")
+    for state, colour in given.items():
+        if state not in STATE_COLOURS:
+            raise OptionError(f"colours: {state!r:.60} is no state; the states are {', '.join(STATE_COLOURS)}")
+        if not isinstance(colour, str) or not re.fullmatch("#[0-9a-fA-F]{6}", colour):
+            raise OptionError(
+                f"colours: {colour!r:.60} for {state!r} is no colour; write #rrggbb, such as {STATE_COLOURS[state]}"
+            )
+    return {**STATE_COLOURS, **given}
 
 
 def element_states(report: ProgressReport) -> dict[str, ShownState]:
