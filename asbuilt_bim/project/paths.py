@@ -2,6 +2,7 @@
 
 import os
 import re
+import sys
 import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -30,11 +31,22 @@ def safe_name(name: str) -> str:
         return f"'{name}' holds {bad.group()!r}, which file names can't; use letters, digits, - and _"
     if name != name.strip() or name.startswith(".") or name.endswith("."):
         return f"'{name}' starts or ends with a space or a dot, which file names can't"
-    if any(unicodedata.category(c) in ("Cc", "Cf", "Cs", "Co", "Cn") for c in name):
+    kinds = {unicodedata.category(c) for c in name}
+    if "Cs" in kinds:
+        return unnameable()
+    if kinds & {"Cc", "Cf", "Co", "Cn"}:
         return "holds a character that can't be seen"
     if name.split(".")[0].upper() in _RESERVED:
         return f"'{name}' is a name that Windows keeps for itself"
     return ""
+
+
+def unnameable() -> str:
+    """Say why a name is none here: with an umlaut, where the system's names are in an encoding that lacks it."""
+    encoding = sys.getfilesystemencoding()
+    if encoding == "utf-8":
+        return "holds a character that can't be seen"
+    return f"holds a letter that file names can't in this locale ({encoding}); set PYTHONUTF8=1 or LC_ALL=C.UTF-8"
 
 
 def stars_of(pattern: str, name: str) -> tuple[str, ...]:
@@ -121,6 +133,8 @@ class PathChecker:
 
     def matches(self, pattern: str, where: str, *, may_be_none: bool = False) -> dict[str, Path]:
         """Return the files that a pattern fits, by what stands for its `*`; capitals don't tell them apart."""
+        if not self._possible(pattern, where):
+            return {}
         plain = pattern.replace("\\", "/")
         fixed = PurePosixPath(*[p for p in PurePosixPath(plain).parts[:-1] if "*" not in p])
         if not self._inside(self._join(str(fixed), where), where, pattern):
@@ -146,15 +160,23 @@ class PathChecker:
         return {stars: file for stars, file in found.items() if self._inside(file, where, file.name)}
 
     def _join(self, text: str, where: str) -> Path:
-        if "\0" in text:
-            self.problems.add(where, "holds a character that no path can")
-            return self.folder
-        if len(os.fsencode(text)) > MAX_PATH or any(len(os.fsencode(p)) > MAX_PART for p in re.split(r"[\\/]", text)):
-            self.problems.add(
-                where, f"is too long for a path: limit {MAX_PATH} characters, and {MAX_PART} between two slashes"
-            )
-            return self.folder
-        return self.folder / text.replace("\\", "/")
+        return self.folder / text.replace("\\", "/") if self._possible(text, where) else self.folder
+
+    def _possible(self, text: str, where: str) -> bool:
+        """Say whether a text can be a path on this system at all."""
+        wrong = ""
+        try:
+            lengths = [len(os.fsencode(part)) for part in (text, *re.split(r"[\\/]", text))]
+        except UnicodeEncodeError:
+            wrong = f"'{text}' {unnameable()}"
+        else:
+            if "\0" in text:
+                wrong = "holds a character that no path can"
+            elif lengths[0] > MAX_PATH or max(lengths[1:]) > MAX_PART:
+                wrong = f"is too long for a path: limit {MAX_PATH} characters, and {MAX_PART} between two slashes"
+        if wrong:
+            self.problems.add(where, wrong)
+        return not wrong
 
     def _inside(self, path: Path, where: str, text: str) -> bool:
         if self.allow_outside:

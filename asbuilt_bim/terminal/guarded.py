@@ -33,8 +33,8 @@ def guarded(context: click.Context, screen: Screen, action: Callable[[], int]) -
     except Exception as problem:
         if context.find_root().obj:
             raise
-        if full := full_disk(problem):
-            screen.error(full)
+        if outside := full_disk(problem) or wrong_locale(problem):
+            screen.error(outside)
             context.exit(FAILED)
         log = write_crash_log(problem)
         where = f"; the details are in {log}" if log else "; run again with --debug to see where"
@@ -47,6 +47,15 @@ def full_disk(problem: BaseException) -> str:
     """Say that there is no room for what is printed or kept beside the results, "" for another fault."""
     if isinstance(problem, OSError) and problem.errno in (errno.ENOSPC, errno.EDQUOT):
         return "the disk is full, so what is printed, or a temporary file, can't be written; free some space"
+    return ""
+
+
+def wrong_locale(problem: BaseException) -> str:
+    """Say that a name can't be written down in this locale, "" for another fault."""
+    from asbuilt_bim.project.paths import unnameable
+
+    if isinstance(problem, UnicodeEncodeError) and sys.getfilesystemencoding() != "utf-8":
+        return f"a file's or folder's name {unnameable()}, and run again"
     return ""
 
 

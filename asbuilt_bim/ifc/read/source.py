@@ -13,6 +13,7 @@ from typing import Any
 import ifcopenshell
 
 from asbuilt_bim.errors import DesignError
+from asbuilt_bim.ifc.native_path import native_path
 from asbuilt_bim.ifc.read.archive import MAX_BYTES, unpacked
 from asbuilt_bim.ifc.read.circles import refuse_circles
 from asbuilt_bim.storage.regular_file import open_regular
@@ -56,7 +57,8 @@ def _open_text(where: Path, path: Path, head: bytes, tail: bytes) -> Any:
     if wrong:
         raise DesignError(f"{path}: the file is damaged ({wrong}); export it as {', '.join(SCHEMAS)}")
     try:
-        file = ifcopenshell.open(str(where), format=".ifc")
+        with native_path(where) as native:
+            file = ifcopenshell.open(str(native), format=".ifc")
     except (RuntimeError, ValueError, OSError, ifcopenshell.Error) as error:
         reason = f"schema {name} or damaged ({_plain(error)})"
         raise DesignError(f"{path}: can't be opened: {reason}; export it as {', '.join(SCHEMAS)}") from error

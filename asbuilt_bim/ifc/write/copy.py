@@ -10,6 +10,7 @@ from typing import Any
 
 from asbuilt_bim.errors import OutputError, ResultError
 from asbuilt_bim.ifc.names import PHOTO
+from asbuilt_bim.ifc.native_path import native_path
 from asbuilt_bim.ifc.read.source import open_ifc
 from asbuilt_bim.ifc.write.colours import Painter
 from asbuilt_bim.ifc.write.costs import write_costs
@@ -121,7 +122,8 @@ def save(file: Any, target: Path) -> None:
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         beside.touch(exist_ok=False)  # the library would not say that it can't write here
-        file.write(str(beside))
+        with native_path(beside.parent) as folder:
+            file.write(str(folder / beside.name))
         _flush(beside)
         beside.replace(target)
     except (OSError, RuntimeError) as error:
