@@ -339,6 +339,9 @@ class Reason(StrEnum):
     DESIGN_ADDED = "added to the design"
     DESIGN_RESHAPED = "reshaped in the design"
     DESIGN_MOVED = "moved in the design"
+    DESIGN_OTHER_STOREY = "on another storey in the design"
+    DESIGN_OTHER_TASK = "of another task in the design"
+    DESIGN_RENAMED = "renamed in the design"
     DESIGN_NEW_IDS = "new GlobalIds in the design"
 
     # On the rig and its calibration.
@@ -394,6 +397,9 @@ REVISIONS = frozenset(
         Reason.DESIGN_ADDED,
         Reason.DESIGN_RESHAPED,
         Reason.DESIGN_MOVED,
+        Reason.DESIGN_OTHER_STOREY,
+        Reason.DESIGN_OTHER_TASK,
+        Reason.DESIGN_RENAMED,
         Reason.DESIGN_NEW_IDS,
     }
 )

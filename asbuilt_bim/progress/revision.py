@@ -1,9 +1,9 @@
-"""What a revision did to the design: walls and columns gone, new, changed in shape, moved."""
+"""What a revision did to the design: walls and columns gone, new, changed in shape, moved, counted elsewhere."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
+from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.progress.history import frame_of, stands_still
 from asbuilt_bim.progress.report import DesignFaceRecord, ElementProgress, ProgressReport
 
@@ -55,16 +55,58 @@ def revision_notes(before: ProgressReport, after: ProgressReport) -> tuple[Note,
         (Reason.DESIGN_RESHAPED, changes.reshaped),
         (Reason.DESIGN_MOVED, changes.moved),
     )
-    return tuple(_note(code, elements, before) for code, elements in kinds if elements)
+    notes = [_note(code, [_named(one) for one in elements], before) for code, elements in kinds if elements]
+    return (*notes, *_counted_elsewhere(before, after))
+
+
+def _counted_elsewhere(before: ProgressReport, after: ProgressReport) -> Iterator[Note]:
+    """Yield a note on elements of another storey, of another task, and of another name: sums and dates go by these."""
+    old = {element.global_id: element for element in before.elements}
+    for code, of in ((Reason.DESIGN_OTHER_STOREY, _storeys), (Reason.DESIGN_OTHER_TASK, _tasks)):
+        were, are = of(before), of(after)
+        both = ((one, were[one.global_id], are[one.global_id]) for one in after.elements if one.global_id in old)
+        changed = [
+            f"{_named(one)} ({_all_of(was)} -> {_all_of(now)})"
+            for one, was, now in both
+            if was.keys() != now.keys() and {*was.values()} != {*now.values()}
+        ]
+        if changed:
+            yield _note(code, changed, before)
+    renamed = [one for one in after.elements if one.name != old.get(one.global_id, one).name]
+    if renamed:
+        named = [f"{_named(old[one.global_id])} -> {one.name or one.global_id}" for one in renamed]
+        yield _note(Reason.DESIGN_RENAMED, named, before)
+
+
+def _storeys(report: ProgressReport) -> dict[str, dict[str, str]]:
+    """Return by GlobalId the storey of each element: its key and its name."""
+    names = {storey.key: storey.name for storey in report.storeys}
+    return {one.global_id: {one.storey: names.get(one.storey, "")} for one in report.elements}
+
+
+def _tasks(report: ProgressReport) -> dict[str, dict[str, str]]:
+    """Return by GlobalId the tasks of each element: their keys and names."""
+    found: dict[str, dict[str, str]] = {one.global_id: {} for one in report.elements}
+    for task in report.tasks:
+        for key in task.progress.elements:
+            found.get(key, {})[task.progress.key] = task.progress.name
+    return found
+
+
+def _all_of(names: Mapping[str, str]) -> str:
+    return " + ".join(sorted(name or key for key, name in names.items())) or "none"
 
 
 def remap_notes(before: ProgressReport, ids: Mapping[str, str]) -> tuple[Note, ...]:
     """Return the note on elements that have other GlobalIds now; `before` bears the new ones already."""
     found = [element for element in before.elements if element.global_id in set(ids.values())]
-    return (_note(Reason.DESIGN_NEW_IDS, found, before),) if found else ()
+    return (_note(Reason.DESIGN_NEW_IDS, [_named(one) for one in found], before),) if found else ()
 
 
-def _note(code: Reason, elements: Sequence[ElementProgress], before: ProgressReport) -> Note:
-    named = tuple(f"{e.kind} {e.name or e.global_id}" for e in elements[:_NAMED])
-    values: Values = {"elements": named, "count": len(elements), "since": before.visit_date.isoformat()}
-    return noted(code, about(SubjectKind.DESIGN), **values)
+def _named(element: ElementProgress) -> str:
+    return f"{element.kind} {element.name or element.global_id}"
+
+
+def _note(code: Reason, elements: Sequence[str], before: ProgressReport) -> Note:
+    named, since = tuple(elements[:_NAMED]), before.visit_date.isoformat()
+    return noted(code, about(SubjectKind.DESIGN), elements=named, count=len(elements), since=since)

@@ -95,6 +95,30 @@ def test_gone_new_reshaped_and_moved_elements_are_told_apart(tmp_path: Path) -> 
     assert revision_notes(old, old) == ()
 
 
+def test_elements_on_another_storey_of_another_task_and_of_another_name_are_told_with_what_was() -> None:
+    before = sample_report()
+    first, *others = before.elements
+    other = next(one for one in before.storeys if one.key != first.storey)
+    was = next(one.name for one in before.storeys if one.key == first.storey)
+    task = before.tasks[0]
+    kept = tuple(key for key in task.progress.elements if key != first.global_id)
+    tasks = (replace(task, progress=replace(task.progress, elements=kept)), *before.tasks[1:])
+    after = replace(before, elements=(replace(first, storey=other.key, name="New"), *others), tasks=tasks)
+    assert first.global_id in task.progress.elements
+    notes = revision_notes(before, after)
+    told = [Reason.DESIGN_OTHER_STOREY, Reason.DESIGN_OTHER_TASK, Reason.DESIGN_RENAMED]
+    assert codes(notes) == told and set(told) < REVISIONS
+    assert notes[0].values["elements"] == (f"{first.kind} New ({was} -> {other.name})",)
+    assert "-> none)" in note_words(notes[1]) and f"{first.name} -> New" in note_words(notes[2])
+
+
+def test_a_storey_with_another_globalid_and_the_same_name_is_the_same() -> None:
+    before = sample_report()
+    storeys = tuple(replace(one, key=f"new {one.key}") for one in before.storeys)
+    elements = tuple(replace(one, storey=f"new {one.storey}") for one in before.elements)
+    assert revision_notes(before, replace(before, storeys=storeys, elements=elements)) == ()
+
+
 def test_a_wall_that_a_revision_moved_does_not_take_along_what_was_seen_elsewhere(tmp_path: Path) -> None:
     first = _design(tmp_path, _wall())
     history = _history(first)

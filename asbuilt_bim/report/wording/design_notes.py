@@ -65,6 +65,11 @@ DESIGN_NOTES: Mapping[Reason, Template] = {
     Reason.DESIGN_ADDED: f"{_REVISED}{{count}} new: {{elements:list}}{{more}}",
     Reason.DESIGN_RESHAPED: f"{_REVISED}{{count}} changed in shape: {{elements:list}}{{more}}. {_KEPT}",
     Reason.DESIGN_MOVED: f"{_REVISED}{{count}} moved: {{elements:list}}{{more}}. {_KEPT}",
+    Reason.DESIGN_OTHER_STOREY: f"{_REVISED}{{count}} on another storey: {{elements:list}}{{more}}. They count to the "
+    "storey that they are on now, in its totals and in cost lines by storey",
+    Reason.DESIGN_OTHER_TASK: f"{_REVISED}{{count}} of another task: {{elements:list}}{{more}}. Whether they are late "
+    "goes by the task that they have now",
+    Reason.DESIGN_RENAMED: f"{_REVISED}{{count}} renamed: {{elements:list}}{{more}}",
     Reason.SHIFT_ACCEPTED: _accepted,
     Reason.SHIFT_NOT_NEEDED: _not_needed,
     Reason.DESIGN_NEW_IDS: f"{_REVISED}{{count}} with new GlobalIds, in the same place: {{elements:list}}{{more}}. "
