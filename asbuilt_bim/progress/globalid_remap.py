@@ -12,7 +12,7 @@ from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import Region
 from asbuilt_bim.progress.history import STILL_M, frame_of
-from asbuilt_bim.progress.report import DesignFaceRecord, ElementProgress, FaceRecord, ProgressReport
+from asbuilt_bim.progress.report import DesignFaceRecord, ElementProgress, FaceRecord, ProgressReport, TaskProgress
 from asbuilt_bim.progress.valuation.inputs import ValuationInputs
 
 
@@ -71,12 +71,13 @@ def known_again(report: ProgressReport, design: BimModel) -> ProgressReport:
 
 
 def with_new_ids(report: ProgressReport, ids: Mapping[str, str]) -> ProgressReport:
-    """Return a result whose elements, and faces of them, bear the GlobalIds that they have now."""
+    """Return a result whose elements, and the faces and tasks of them, bear the GlobalIds that they have now."""
     if not ids:
         return report
     return replace(
         report,
         elements=tuple(_element(one, ids) for one in report.elements),
+        tasks=tuple(_task(one, ids) for one in report.tasks),
         faces=tuple(_face(one, ids) for one in report.faces),
         stations=tuple(replace(s, faces=tuple(_measured(f, ids) for f in s.faces)) for s in report.stations),
         unobserved=tuple(_renamed(face, ids) for face in report.unobserved),
@@ -144,6 +145,11 @@ def _by_name(old: Mapping[str, str], new: Mapping[str, str]) -> dict[str, str]:
 
 def _element(element: ElementProgress, ids: Mapping[str, str]) -> ElementProgress:
     return replace(element, global_id=ids.get(element.global_id, element.global_id))
+
+
+def _task(task: TaskProgress, ids: Mapping[str, str]) -> TaskProgress:
+    elements = tuple(ids.get(one, one) for one in task.progress.elements)
+    return replace(task, progress=replace(task.progress, elements=elements))
 
 
 def _face(face: DesignFaceRecord, ids: Mapping[str, str]) -> DesignFaceRecord:
