@@ -22,9 +22,10 @@ from asbuilt_bim.flow.tag_source import Tags, calibrate_tags
 from asbuilt_bim.project.paths import PathChecker
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.report.page.calibration import calibration_page, more_to_take, verdict
-from asbuilt_bim.scale.cache import Cache, default_folder
+from asbuilt_bim.scale.cache import Cache
 from asbuilt_bim.storage.atomic_write import place_problem, replace_all
 from asbuilt_bim.storage.structure import Problems
+from asbuilt_bim.terminal.open_cache import open_cache
 from asbuilt_bim.terminal.screen import Screen
 from asbuilt_bim.terminal.summary_table import calibration_lines
 
@@ -73,8 +74,9 @@ def calibrate_command(request: CalibrateRequest, screen: Screen) -> int:
             (the page alone is), or a file can't be written.
     """
     _check_places(request)
+    cache = open_cache(screen)
     with screen.steps() as progress:
-        found = _calibrated(request, progress)
+        found = _calibrated(request, cache, progress)
     made, sources = found.calibration, found.sources
     checks = _checks(request, found)
     for check in checks:
@@ -138,8 +140,7 @@ def _write(
     return tuple(rigs)
 
 
-def _calibrated(request: CalibrateRequest, progress: Progress) -> _Made:
-    cache = Cache(folder=default_folder())
+def _calibrated(request: CalibrateRequest, cache: Cache, progress: Progress) -> _Made:
     if request.project is not None:
         project = read_project(request.project, allow_outside=request.allow_outside)
         boards = project.rig.boards

@@ -41,8 +41,8 @@ from asbuilt_bim.report.wording.of_page.check_words import (
 )
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.values import plain
-from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.storage.atomic_write import place_problem, replace_bytes
+from asbuilt_bim.terminal.open_cache import open_cache
 from asbuilt_bim.terminal.screen import Screen
 
 INCOMPLETE = 1
@@ -81,7 +81,7 @@ def check_command(request: CheckRequest, screen: Screen, today: date) -> int:
         )
         why = "their names say no side, or nothing here reads them (convert HEIC and RAW to JPEG)"
         screen.warn(f"not checked, since {why}: {some}")
-    cache = Cache(folder=default_folder())
+    cache = open_cache(screen)
     shown = Visit(date=day_of(stations, today), stations=stations)
     today_too = replace(project, visits=(*project.visits, shown))  # its photos say their size, tables name its stations
     places = known_places(today_too, lambda: place_on_map(project))

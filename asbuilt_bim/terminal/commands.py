@@ -37,10 +37,11 @@ from asbuilt_bim.report.task_rows import late_words
 from asbuilt_bim.report.wording.changes import changes
 from asbuilt_bim.report.wording.of_page.alike import days_alike, notes_alike
 from asbuilt_bim.report.writers import load_writers
-from asbuilt_bim.scale.cache import Cache, default_folder
+from asbuilt_bim.scale.cache import Cache
 from asbuilt_bim.scale.cluster import Scheduler
 from asbuilt_bim.storage.atomic_write import place_problem
 from asbuilt_bim.terminal.inspect_table import design_tables, fact_tables
+from asbuilt_bim.terminal.open_cache import open_cache
 from asbuilt_bim.terminal.screen import Screen
 from asbuilt_bim.terminal.summary_table import (
     DesignFiles,
@@ -89,7 +90,7 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
         project = replace(project, rig=replace(project.rig, refine=True))
     if request.whole_photos:
         project = replace(project, pictures="whole")
-    cache = Cache(folder=None if request.no_cache else default_folder())
+    cache = Cache(folder=None) if request.no_cache else open_cache(screen)
     place = Workplace(workers=request.workers or 0, scheduler=request.scheduler, cache=cache)
     with open_output(request.out, project.sources) as out, ExitStack() as until_end:
         before = previous_result(out)

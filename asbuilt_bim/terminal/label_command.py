@@ -17,9 +17,9 @@ from asbuilt_bim.project.networks import identities, load_models
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.report.coco import LabelledPhoto, coco_document, labelled
 from asbuilt_bim.report.wording.reasons import words_of
-from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.scale.executor import WorkerLoss, run_jobs
 from asbuilt_bim.storage.atomic_write import place_problem, replace_bytes
+from asbuilt_bim.terminal.open_cache import open_cache
 from asbuilt_bim.terminal.screen import Screen
 
 
@@ -38,7 +38,7 @@ def label_command(path: Path, target: Path, *, workers: int, replace: bool, allo
         raise OutputError(
             f"{target}: is there already, perhaps with corrections by hand; name another, or pass --replace"
         )
-    place = Workplace(workers=workers, cache=Cache(folder=default_folder()))
+    place = Workplace(workers=workers, cache=open_cache(screen))
     with screen.steps() as progress, with_video_stations(project, place.cache, progress) as visited:
         source = rig_of(visited, place.cache, progress)
         labels = label_project(visited, source.rig, place, progress)

@@ -10,8 +10,8 @@ from asbuilt_bim.project.check import refuse_missing
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.project.tables.places import survey_of
 from asbuilt_bim.report.page.visit import MADE_BY, plan_page, plan_promise, walk_parts
-from asbuilt_bim.scale.cache import Cache, default_folder
 from asbuilt_bim.terminal.check_command import check_page_place, write_page
+from asbuilt_bim.terminal.open_cache import open_cache
 from asbuilt_bim.terminal.screen import Screen
 
 
@@ -36,7 +36,7 @@ def plan_command(request: PlanRequest, screen: Screen, today: date) -> int:
     check_page_place(request.out, MADE_BY)
     project = read_project(request.project, allow_outside=request.allow_outside, visited=False)
     refuse_missing(project)
-    cache = Cache(folder=default_folder())
+    cache = open_cache(screen)
     survey = survey_of(project)
     design = planned_design(project, cache)
     with screen.steps() as progress:
