@@ -23,6 +23,7 @@ from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.writers import load_writers
 from asbuilt_bim.scale.cache import Cache, default_folder
+from asbuilt_bim.storage.regular_file import path_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -64,12 +65,13 @@ def run(
         raise OptionError(f"workers: {workers!r} is no number of processes; give 1, 2 ..., or 0 for one per processor")
     if isinstance(until, datetime) or not isinstance(until, date | None):
         raise OptionError(f"until: {until!r} is no day; give a datetime.date, such as date(2026, 3, 2)")
-    checked = until_visit(read_project(Path(project), allow_outside=allow_outside), until)
+    project, out = path_of(project, "project"), path_of(out, "out")
+    checked = until_visit(read_project(project, allow_outside=allow_outside), until)
     writers = load_writers(checked.writers)
     store = Cache(folder=default_folder() if cache else None)
     place = Workplace(workers=workers, cache=store)
     tell = _silent if progress is None else partial(_told, progress)
-    with open_output(Path(out), checked.sources) as output:
+    with open_output(out, checked.sources) as output:
         before = previous_result(output)
         last = last_workbook(output, before, checked.last_workbook)
         with with_video_stations(checked, store, tell) as visited:
@@ -89,11 +91,12 @@ def remake(folder: Path | str, ifc: Path | str | Sequence[Path | str] | None = N
     Raises:
         AsBuiltError: there is no run, or its result or its IFC can't be used.
     """
-    if not Path(folder).is_dir():
+    folder = path_of(folder, "folder")
+    if not folder.is_dir():
         raise OutputError(f"{folder}: no such folder; name the output folder of a run")
-    with open_output(Path(folder)) as output:
+    with open_output(folder) as output:
         named = [ifc] if isinstance(ifc, str | Path) else ifc or ()
-        published = publish_again(output, [Path(path) for path in named], datetime.now(UTC))
+        published = publish_again(output, [path_of(path, "ifc") for path in named], datetime.now(UTC))
     visits = sorted((published.folder / "visits").glob("*.json"))
     reports = [read_result(path) for path in visits] or [read_result(published.folder / "result.json")]
     return Run(reports=tuple(reports), folder=published.folder, warnings=(*_doubts(reports), *published.warnings))
@@ -149,5 +152,6 @@ def write_asbuilt(
         AsBuiltError: the source can't be read, the report is of another design, a colour can't be read, or the copy
             can't be written.
     """
+    source, target = path_of(source, "source"), path_of(target, "target")
     painted = None if colours is None else with_default_colours(colours)
     apart.write_asbuilt(source, report, target, earlier=earlier, colours=painted, words=note_words)

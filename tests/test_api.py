@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import inspect
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from datetime import date, datetime
 from pathlib import Path
@@ -152,6 +153,28 @@ def test_what_is_known_to_be_wrong_with_a_visit_is_among_the_warnings(
 def test_a_wrong_argument_of_a_run_is_refused_before_a_file_is_read(wrong: dict[str, object], says: str) -> None:
     with pytest.raises(asbuilt_bim.AsBuiltError, match=says):
         asbuilt_bim.run("no.yaml", "nowhere", **wrong)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("call", "argument"),
+    [
+        (lambda: asbuilt_bim.run(None, "out"), "project"),
+        (lambda: asbuilt_bim.run("site/project.yaml", None), "out"),
+        (lambda: asbuilt_bim.remake(None), "folder"),
+        (lambda: asbuilt_bim.read_project(None), "project"),
+        (lambda: asbuilt_bim.read_rig(None), "rig"),
+        (lambda: asbuilt_bim.read_design(None), "path"),
+        (lambda: asbuilt_bim.read_schedule(None), "path"),
+        (lambda: asbuilt_bim.read_result(None), "path"),
+        (lambda: asbuilt_bim.read_summary(None), "path"),
+        (lambda: asbuilt_bim.strip_asbuilt(None, "w.ifc"), "source"),
+        (lambda: asbuilt_bim.write_asbuilt("m.ifc", sample_report(), None), "target"),
+        (lambda: asbuilt_bim.measure_pair(None, "right.jpg", "rig.yaml"), "left"),
+    ],
+)
+def test_what_is_no_path_is_refused_with_the_arguments_name(call: Callable[[], object], argument: str) -> None:
+    with pytest.raises(AsBuiltError, match=f"^{argument}: None is no path; give a text, or a pathlib.Path"):
+        call()
 
 
 @pytest.mark.usefixtures("example_package")

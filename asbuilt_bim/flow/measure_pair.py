@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from numbers import Real
 from pathlib import Path
 
 from asbuilt_bim.camera.photo.read import Photo, read_photo, side_by_side
@@ -10,12 +11,13 @@ from asbuilt_bim.camera.rig_formats.opencv import Foreign
 from asbuilt_bim.camera.rig_formats.reader import RigReading, read_rig_files
 from asbuilt_bim.camera.rig_formats.rig_file import checked_rig
 from asbuilt_bim.codes import Reason, SubjectKind, about
-from asbuilt_bim.errors import MeasureError, rejected
+from asbuilt_bim.errors import MeasureError, OptionError, rejected
 from asbuilt_bim.measure.pair import PairMeasurement, measure_photos
 from asbuilt_bim.measure.station import MeasureOptions, StationPhotos
 from asbuilt_bim.project.networks import NetworkChoice, load_models, try_networks
 from asbuilt_bim.report.wording.reasons import reason_lines
 from asbuilt_bim.storage.plugins import PREFIX
+from asbuilt_bim.storage.regular_file import path_of
 from asbuilt_bim.vision.masks.file import read_masks
 from asbuilt_bim.vision.masks.given import GivenMasks
 from asbuilt_bim.vision.masks.segment import InstanceClass
@@ -56,14 +58,12 @@ def measure_pair(
         MaskError: the masks can't be used.
         NetworkError, PluginError: a network can't be used.
         MeasureError: the pair can't be measured; the message holds every reason.
+        OptionError: what is given is no path, or no number.
     """
-    if target_diameter_m is not None and not DIAMETERS_M[0] <= target_diameter_m <= DIAMETERS_M[1]:  # nan is neither
-        raise MeasureError(
-            f"target_diameter_m: {target_diameter_m:g} m, limit {DIAMETERS_M[0]:g} to {DIAMETERS_M[1]:g} m; measure "
-            "the red disc, or leave it out"
-        )
+    _check_diameter(target_diameter_m)
     made = RigReading(rig=checked_rig(rig)) if isinstance(rig, StereoRig) else None
-    photos = _photos(Path(left), None if right is None else Path(right))
+    left = path_of(left, "left")
+    photos = _photos(left, None if right is None else path_of(right, "right"))
     reading = made or _read(rig, tuple(rig_cameras), photos)
     rig = reading.rig
     choice = NetworkChoice(segment=_network(segment_network, "segment"), depth=_network(depth_network, "depth"))
@@ -72,7 +72,7 @@ def measure_pair(
     left_out: tuple[str, ...] = ()
     if masks is not None:
         size = (rig.left.width_px, rig.left.height_px)
-        read = read_masks(Path(masks), size, Path(left).name, mask_classes)
+        read = read_masks(path_of(masks, "masks"), size, left.name, mask_classes)
         given = GivenMasks(photo=rig.left, masks=read.masks)
         models, left_out = replace(models, segmenter=given, opinion=None), read.left_out
     chosen = options or MeasureOptions()
@@ -84,6 +84,18 @@ def measure_pair(
     file = about(SubjectKind.FILE, Path(str(masks)).name)
     unused = [rejected(Reason.MASK_UNUSED, file, detail=text) for text in left_out]
     return replace(found, rejections=(*reading.warnings, *found.rejections, *unused))
+
+
+def _check_diameter(diameter_m: object) -> None:
+    if diameter_m is None:
+        return
+    if not isinstance(diameter_m, Real) or isinstance(diameter_m, bool):
+        raise OptionError(f"target_diameter_m: {diameter_m!r:.60} is no number; give metres, such as 0.3")
+    if not DIAMETERS_M[0] <= float(diameter_m) <= DIAMETERS_M[1]:  # nan is neither
+        raise MeasureError(
+            f"target_diameter_m: {float(diameter_m):g} m, limit {DIAMETERS_M[0]:g} to {DIAMETERS_M[1]:g} m; measure "
+            "the red disc, or leave it out"
+        )
 
 
 def _read(rig: object, cameras: tuple[str, ...], photos: StationPhotos) -> RigReading:

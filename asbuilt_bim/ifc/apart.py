@@ -19,6 +19,7 @@ from asbuilt_bim.ifc.write import copy, federation
 from asbuilt_bim.ifc.write.entities import Words, bare
 from asbuilt_bim.progress.report import ProgressReport, ShownState
 from asbuilt_bim.scale.apart import LIMITS_VARIABLE, Ended, Limits, run_apart
+from asbuilt_bim.storage.regular_file import path_of
 
 Result = TypeVar("Result")
 
@@ -33,7 +34,7 @@ def read_design(path: Path | str | Sequence[Path | str], scope: str | None = Non
     Raises:
         DesignError: as there; or the file crashed its reader, or took too long or too much memory.
     """
-    paths = [Path(one) for one in ([path] if isinstance(path, Path | str) else path)]
+    paths = [path_of(one, "path") for one in ([path] if isinstance(path, Path | str | None) else path)]
     return _apart(paths, design.read_design, paths, scope)
 
 
@@ -105,7 +106,7 @@ def strip_asbuilt(source: Path | str, target: Path | str) -> int:
     Raises:
         AsBuiltError: the source can't be read, or the copy can't be written.
     """
-    return _apart([Path(source)], copy.strip_asbuilt, source, target)
+    return _apart([path_of(source, "source")], copy.strip_asbuilt, source, path_of(target, "target"))
 
 
 def _write_copies(sources: Sequence[Path], report: ProgressReport, folder: Path, *more: Any) -> tuple[Path, ...]:

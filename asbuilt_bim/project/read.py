@@ -32,6 +32,7 @@ from asbuilt_bim.project.paths import MAX_PAIRS, PathChecker, file_alike, safe_n
 from asbuilt_bim.project.rules import check_dates, check_photos, check_places
 from asbuilt_bim.project.stations import check_names, listed_stations, listed_visits
 from asbuilt_bim.storage.plugins import PREFIX
+from asbuilt_bim.storage.regular_file import path_of
 from asbuilt_bim.storage.strict_yaml import read_yaml
 from asbuilt_bim.storage.structure import Problems, structure
 from asbuilt_bim.vision.networks.bundled import BUNDLED, bundled_card
@@ -46,7 +47,7 @@ def read_project(path: Path | str, *, allow_outside: bool = False, visited: bool
     Raises:
         ProjectError: with EVERY mistake: where, what was expected, what is there.
     """
-    path = Path(path).absolute()
+    path = path_of(path, "project").absolute()
     document = read_yaml(path)
     problems = Problems()
     written: ProjectFile | None = structure(document.value, ProjectFile, problems)

@@ -15,7 +15,7 @@ from asbuilt_bim.schedule.p6 import p6_rows
 from asbuilt_bim.schedule.rows import MAX_ROWS, ScheduleFile, ScheduleRow
 from asbuilt_bim.schedule.safe_xml import local, parse_xml
 from asbuilt_bim.schedule.table import csv_rows
-from asbuilt_bim.storage.regular_file import read_bytes
+from asbuilt_bim.storage.regular_file import path_of, read_bytes
 
 MAX_BYTES = 200_000_000
 _BINARY = {
@@ -39,7 +39,7 @@ def read_schedule(path: Path | str) -> ScheduleFile:
     Raises:
         ScheduleError: it can't be read, is none of these, or holds no task.
     """
-    path = Path(path)
+    path = path_of(path, "path")
     data = read_bytes(path, MAX_BYTES, ScheduleError, f"schedule {path}")
     for beginning, what in _BINARY.items():
         if data.startswith(beginning):

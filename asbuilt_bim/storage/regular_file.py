@@ -5,10 +5,22 @@ import stat
 from io import BufferedReader
 from pathlib import Path
 
-from asbuilt_bim.errors import AsBuiltError
+from asbuilt_bim.errors import AsBuiltError, OptionError
 
 SPREADSHEETS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 """How `.xlsx` and `.ods` begin, and `.xls`; archives and old documents begin so, too."""
+
+
+def path_of(given: Path | str, argument: str) -> Path:
+    """Return what a Python program gives as a path.
+
+    Raises:
+        OptionError: it is none; `argument` is what the program knows it by.
+    """
+    try:
+        return Path(given)
+    except TypeError as problem:
+        raise OptionError(f"{argument}: {given!r:.60} is no path; give a text, or a pathlib.Path") from problem
 
 
 def open_regular(path: Path) -> BufferedReader:

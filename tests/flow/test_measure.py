@@ -18,7 +18,7 @@ from asbuilt_bim.camera.rig_formats.reader import write_rig_as
 from asbuilt_bim.camera.rig_formats.rig_file import write_rig
 from asbuilt_bim.cli import app
 from asbuilt_bim.codes import Reason, SubjectKind, about
-from asbuilt_bim.errors import MeasureError, RigError, rejected
+from asbuilt_bim.errors import MeasureError, OptionError, RigError, rejected
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.geometry.transform import rotation_from_vector
 from asbuilt_bim.measure.pair import PairMeasurement, dominating
@@ -102,6 +102,13 @@ def test_a_target_of_no_size_is_refused(folder: Path, diameter_m: float) -> None
         asbuilt_bim.measure_pair(
             folder / "left.png", folder / "right.png", folder / "rig.yaml", target_diameter_m=diameter_m
         )
+
+
+@pytest.mark.parametrize("diameter_m", ["0.3", True, [0.3]])
+def test_a_target_diameter_that_is_no_number_is_refused_in_words(folder: Path, diameter_m: object) -> None:
+    with pytest.raises(OptionError, match=r"^target_diameter_m: .* is no number; give metres, such as 0\.3"):
+        asbuilt_bim.measure_pair(folder / "left.png", folder / "right.png", folder / "rig.yaml",
+                                 target_diameter_m=diameter_m)  # type: ignore[arg-type]  # fmt: skip
 
 
 def test_what_dominates_sigma_is_told_and_a_rig_that_does_not_know_is_not_calibration(found) -> None:

@@ -34,6 +34,7 @@ from asbuilt_bim.camera.rig_formats.zed import is_zed, zed_rig
 from asbuilt_bim.errors import Rejection, RigError
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.storage.atomic_write import replace_all, writing
+from asbuilt_bim.storage.regular_file import path_of
 
 RigFormat = Literal["rig", "opencv", "kalibr", "ros"]
 RIG_FORMATS: tuple[RigFormat, ...] = get_args(RigFormat)
@@ -76,7 +77,7 @@ def read_rig_files(files: Sequence[Path | str], foreign: Foreign = _PLAIN) -> Ri
 
     Raises: RigError as `read_rig` does.
     """
-    paths = [Path(one) for one in files]
+    paths = [path_of(one, "rig") for one in files]
     if not 1 <= len(paths) <= _MOST_FILES:
         raise RigError(f"rig: {len(paths)} files are given; a rig is one file, two or three")
     documents = [read_document(one) for one in paths]

@@ -16,6 +16,7 @@ from asbuilt_bim.report.drawings.overlay import JPEG_QUALITY, encode_picture
 from asbuilt_bim.report.faces_csv import faces_csv
 from asbuilt_bim.report.result.measure_document import FORMAT, measure_document
 from asbuilt_bim.storage.atomic_write import write_problem
+from asbuilt_bim.storage.regular_file import path_of
 from asbuilt_bim.storage.strict_json import parse_json
 
 DOCUMENT = "measure.json"
@@ -31,7 +32,7 @@ def save_measurement(found: PairMeasurement, folder: Path | str, when: datetime)
     Raises:
         OutputError: a file that isn't an earlier measurement's is in the way, or the folder can't be written.
     """
-    folder = Path(folder)
+    folder = path_of(folder, "folder")
     contents = _contents(found)
     document = measure_document(found, when, tuple(contents))
     text = json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1) + "\n"

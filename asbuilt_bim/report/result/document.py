@@ -12,7 +12,7 @@ from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.result.convert import report_from_document, report_to_document
 from asbuilt_bim.report.result.lines import to_lines
 from asbuilt_bim.storage.atomic_write import writing
-from asbuilt_bim.storage.regular_file import open_regular
+from asbuilt_bim.storage.regular_file import open_regular, path_of
 from asbuilt_bim.storage.schemas import first_faults
 from asbuilt_bim.storage.strict_json import parse_json
 
@@ -71,7 +71,7 @@ def read_result(path: Path | str) -> ProgressReport:
     Raises:
         ResultError: missing, too large, no JSON, another format or a newer version, or damaged; says where.
     """
-    path = Path(path)
+    path = path_of(path, "path")
     document, digest = loaded(path)
     minor = check_head(document, path)
     faults = [] if digest in _FIT else first_faults("result-1", document, newer=minor > MINOR)

@@ -12,7 +12,7 @@ from asbuilt_bim.progress.report import CostProgress, ElementProgress, GroupProg
 from asbuilt_bim.report.result.convert import part_from_plain
 from asbuilt_bim.report.result.document import REMEDY, check_head, loaded
 from asbuilt_bim.report.result.lines import LAST, Wanted, all_of, from_lines
-from asbuilt_bim.storage.regular_file import open_regular
+from asbuilt_bim.storage.regular_file import open_regular, path_of
 
 T = TypeVar("T")
 _HEAD = ("format", "version", "minor")
@@ -48,7 +48,7 @@ def read_summary(path: Path | str) -> ResultSummary:
         ResultError: as `read_result`, of what is read.
     """
     names = [*(field.name for field in fields(ResultSummary)), "note_codes"]
-    return _structured(Path(path), dict.fromkeys((*_HEAD, *names), all_of), LAST, ResultSummary)
+    return _structured(path_of(path, "path"), dict.fromkeys((*_HEAD, *names), all_of), LAST, ResultSummary)
 
 
 def read_elements(path: Path | str, storey: str) -> tuple[ElementProgress, ...]:
@@ -63,7 +63,7 @@ def read_elements(path: Path | str, storey: str) -> tuple[ElementProgress, ...]:
     ids = frozenset(of_storey.elements)
     for is_wanted in (lambda text: _global_id(text) in ids, all_of):  # all of them where one isn't known by its text
         wanted: dict[str, Wanted] = dict.fromkeys(_HEAD, all_of) | {"elements": is_wanted}
-        found = _structured(Path(path), wanted, LAST[1:], _Elements).elements
+        found = _structured(path_of(path, "path"), wanted, LAST[1:], _Elements).elements
         if {one.global_id for one in found} >= ids:
             break
     return tuple(one for one in found if one.global_id in ids)
