@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import cv2
@@ -23,6 +24,8 @@ from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.geometry.transform import rotation_from_vector
 from asbuilt_bim.measure.pair import PairMeasurement, dominating
 from asbuilt_bim.report.drawings.figures import face_line, figures
+from asbuilt_bim.report.faces_csv import faces_csv
+from asbuilt_bim.report.result.measure_document import measure_document
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.storage.schemas import schema
 from asbuilt_bim.terminal.measure_command import _largest_first
@@ -212,6 +215,14 @@ def test_the_command_writes_a_document_that_fits_its_schema_and_reads_as_a_table
         rows = list(csv.DictReader(file))
     assert [row["face"] for row in rows] == [face["id"] for face in document["faces"]]
     assert str(folder) not in (out / "measure.json").read_text(encoding="utf-8")  # paths are nobody else's business
+
+
+def test_faces_csv_calls_who_found_a_face_as_results_do(found: PairMeasurement) -> None:
+    rows = csv.DictReader(faces_csv(found).decode("utf-8-sig").splitlines())
+    assert [row["source"] for row in rows] == [
+        face["source"] for face in measure_document(found, datetime(2026, 3, 2, tzinfo=UTC))["faces"]
+    ]
+    assert {str(face.source) for face in found.faces} == {"geometry"}
 
 
 def test_a_pair_in_which_not_one_face_was_measured_ends_with_1_and_its_pictures_say_why(folder: Path) -> None:

@@ -27,12 +27,12 @@ UNCOUNTED: Mapping[Reason, str] = {
 
 
 def source_text(source: InstanceSource, segmenter: str) -> str:
-    """Return who found a wall or column: `geometry and concrete`, or the name of a network or of a given mask."""
+    """Return who found a wall or column: `geometry`, with a network's name, or that of a network or a given mask."""
     if source is InstanceSource.BOTH:
         return f"geometry and {segmenter}"
     if source in (InstanceSource.NETWORK, InstanceSource.GIVEN):
         return segmenter or str(source)
-    return "geometric" if source is InstanceSource.GEOMETRY else "geometry alone"
+    return str(source)
 
 
 def source_of(text: str) -> tuple[InstanceSource, str]:
