@@ -155,21 +155,64 @@ def _drain(
             future.cancel()
 
 
+class _Held:
+    """A setting of the whole process that several threads may want at once: the last to leave takes all back."""
+
+    def __init__(self, setting: Callable[[], contextlib.AbstractContextManager[None]]) -> None:
+        self._setting = setting
+        self._lock = threading.Lock()
+        self._users = 0
+        self._made = contextlib.ExitStack()
+
+    def __enter__(self) -> None:
+        with self._lock:
+            self._made.enter_context(self._setting())  # each time: a library may have been loaded since
+            self._users += 1
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self._users -= 1
+            if not self._users:
+                self._made.close()
+
+
 @contextlib.contextmanager
-def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Give a pool of spawned processes, each on one thread."""
+def _variables() -> Iterator[None]:
     before = {name: os.environ.get(name) for name in THREADS}
-    os.environ.update(dict.fromkeys(THREADS, "1"))  # read by the libraries as they load in the child
-    pool = ProcessPoolExecutor(max_workers=workers, mp_context=get_context("spawn"), initializer=_start_worker)
+    os.environ.update(dict.fromkeys(THREADS, "1"))
     try:
-        yield pool
+        yield
     finally:
-        pool.shutdown(wait=True, cancel_futures=True)
         for name, value in before.items():
             if value is None:
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
+
+
+@contextlib.contextmanager
+def _libraries() -> Iterator[None]:
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        with threadpool_limits(limits=1, user_api="blas"):
+            yield
+    finally:
+        cv2.setNumThreads(before)
+
+
+_VARIABLES, _LIBRARIES = _Held(_variables), _Held(_libraries)
+
+
+@contextlib.contextmanager
+def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """Give a pool of spawned processes, each on one thread."""
+    with _VARIABLES:  # read by the libraries as they load in the child
+        pool = ProcessPoolExecutor(max_workers=workers, mp_context=get_context("spawn"), initializer=_start_worker)
+        try:
+            yield pool
+        finally:
+            pool.shutdown(wait=True, cancel_futures=True)
 
 
 def processors() -> int:
@@ -208,10 +251,5 @@ def one_thread() -> Iterator[None]:
     A sum that is split over threads ends in other last digits, robust fits carry them on, and small faces tip. On one
     thread the same photos give the same bytes, in one process or in many.
     """
-    before = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    try:
-        with threadpool_limits(limits=1):
-            yield
-    finally:
-        cv2.setNumThreads(before)
+    with _LIBRARIES, threadpool_limits(limits=1, user_api="openmp"):  # OpenMP counts thread by thread
+        yield

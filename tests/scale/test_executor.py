@@ -5,12 +5,14 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
+from contextlib import ExitStack
 from pathlib import Path
+from typing import cast
 
 import cv2
 import pytest
-from threadpoolctl import threadpool_info
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from asbuilt_bim.errors import MissingExtraError
 from asbuilt_bim.scale.cluster import Scheduler
@@ -24,6 +26,10 @@ def square(number: int) -> int:
 @one_thread()
 def threads(number: int) -> set[int]:
     return {cv2.getNumThreads(), *(int(library["num_threads"]) for library in threadpool_info())}
+
+
+def blas() -> set[int]:
+    return {int(library["num_threads"]) for library in threadpool_info() if library["user_api"] == "blas"}
 
 
 def variable(name: str) -> str | None:
@@ -81,6 +87,35 @@ def test_work_is_held_to_one_thread_whatever_the_machine_says(workers: int, monk
     assert [d.result for d in run_jobs(threads, iter([1, 2]), workers=workers)] == [{1}, {1}]
     assert os.environ["OMP_NUM_THREADS"] == "4"
     assert cv2.getNumThreads() == before
+
+
+def test_pools_that_overlap_leave_the_variables_as_they_were(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OMP_NUM_THREADS", "4")
+    monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
+    first, second = (cast("Generator[object, None, None]", run_jobs(square, iter(range(9)), workers=2)) for _ in "ab")
+    next(first)
+    next(second)
+    first.close()
+    assert os.environ["OMP_NUM_THREADS"] == "1", "the second one still starts processes"
+    second.close()
+    assert os.environ["OMP_NUM_THREADS"] == "4" and "MKL_NUM_THREADS" not in os.environ
+
+
+def test_threads_that_overlap_leave_the_libraries_as_they_were() -> None:
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(3)
+    try:
+        with threadpool_limits(limits=2, user_api="blas"):
+            limited = blas()
+            first, second = ExitStack(), ExitStack()
+            first.enter_context(one_thread())
+            second.enter_context(one_thread())
+            first.close()
+            assert blas() <= {1} and cv2.getNumThreads() == 1, "the second one still works"
+            second.close()
+            assert blas() == limited and cv2.getNumThreads() == 3
+    finally:
+        cv2.setNumThreads(before)
 
 
 def test_a_process_of_the_pool_starts_with_one_thread_for_each_library() -> None:
