@@ -12,7 +12,7 @@ MEASURING = ("errors.py", "codes.py", "scale/codec.py", "storage", "geometry", "
 """The code that decides what a station's measurement is, and how it is kept."""
 READING = (
     "errors.py", "codes.py", "scale/codec.py", "storage", "geometry", "bim",
-    "ifc/geometry", "ifc/read", "ifc/identity.py", "ifc/names.py", "ifc/units.py",
+    "ifc/geometry", "ifc/read", "ifc/identity.py", "ifc/names.py", "ifc/native_path.py", "ifc/units.py",
 )  # fmt: skip
 """The code that decides what a design is, and how it is kept."""
 
