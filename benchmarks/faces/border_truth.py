@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -18,13 +19,15 @@ from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.planes.face_hypotheses import filled
 from benchmarks.faces.twins import TwinPair, load_twin
-from benchmarks.sites import ROOT, benchmark_folder
+from benchmarks.sites import ROOT, benchmark_folder, generated_site
 
 BEYOND_PX = 700  # a face is drawn this far past the frame
 END_PX, SIGMAS = 3.0, 2.5
 """An outline lies on a face's end within 3 px or 2.5 of the side's sigmas: how sure a place is, sigma tells."""
 DRAWN_PX = 0.5
 """OpenCV's filled polygons hold the pixels of their border."""
+LACKS = 0.03
+"""An outline is whole where it holds all but so much of its face, or all but 3 px of the width of a narrow one."""
 NEAR_CAMERA_M = 0.3
 FAR_M = 9.8  # what lies further is the yard, which is no body of the truth
 _AROUND = np.ones((3, 3), np.uint8)
@@ -39,7 +42,7 @@ class TrueFace:
     kind: str
     extent: BoolArray  # (H + 2 BEYOND, W + 2 BEYOND)
     seen: BoolArray  # (H, W) what the left photo shows of it
-    area_m2: float  # of all of it that turns to the camera
+    area_m2: float  # of all of it that turns to the camera, and that no other concrete touches
     area_per_pixel_m2: FloatArray  # as `extent`: of the surface that a pixel sees
 
     @cached_property
@@ -90,11 +93,26 @@ def crowded_twin(seed: int) -> TwinPair:
     folder = benchmark_folder() / "twins"
     own = folder_of(seed)
     if not (own / "truth.json").exists():
-        command = [sys.executable, "-m", "asbuilt_synthetic.twins_truth", "--seeds", str(seed)]
-        command += ["--crowded"] if is_crowded(seed) else []
-        path = os.pathsep.join([str(ROOT / "synthetic"), os.environ.get("PYTHONPATH", "")])
-        subprocess.run([*command, "--out", str(folder)], check=True, env={**os.environ, "PYTHONPATH": path})
+        kind = ["--crowded"] if is_crowded(seed) else []
+        _make_truth("--seeds", str(seed), *kind, "--out", str(folder))
     return load_twin(own)
+
+
+def station_twins(seed: int) -> Iterator[tuple[str, TwinPair]]:
+    """Make (or find) the truth at every station of a site, and read it as the pair of a twin is read."""
+    site, folder = generated_site(seed), benchmark_folder() / "stations"
+    if not (folder / f"site-{seed}" / "complete").exists():
+        _make_truth("--seeds", str(seed), "--stations", "--out", str(folder))
+        (folder / f"site-{seed}" / "complete").touch()
+    for own in sorted(path.parent for path in (folder / f"site-{seed}").glob("*/*/truth.json")):
+        date, station = own.parts[-2:]
+        yield f"site {seed} {date} {station}", load_twin(own, photos=site / "visits" / date / f"{station}_")
+
+
+def _make_truth(*options: str) -> None:
+    path = os.pathsep.join([str(ROOT / "synthetic"), os.environ.get("PYTHONPATH", "")])
+    command = [sys.executable, "-m", "asbuilt_synthetic.twins_truth", *options]
+    subprocess.run(command, check=True, env={**os.environ, "PYTHONPATH": path})
 
 
 def true_faces(twin: TwinPair) -> dict[int, TrueFace]:
@@ -121,7 +139,8 @@ def _true_face(twin: TwinPair, face: dict[str, Any]) -> TrueFace | None:
     each = _per_pixel_m2(face, camera, extent > 0)
     return TrueFace(
         number=face["face"], kind=face["kind"], extent=extent > 0, seen=twin.labels == face["face"] + 1,
-        area_m2=area_m2, area_per_pixel_m2=each * (area_m2 / max(float(each.sum()), 1e-9)),
+        area_m2=area_m2 * face.get("exposed_share", 1.0),
+        area_per_pixel_m2=each * (area_m2 / max(float(each.sum()), 1e-9)),
     )  # fmt: skip
 
 
@@ -177,6 +196,11 @@ class Judged:
     held_m2: float  # of the true face, seen or not, within the outline
     narrow_px: float
     is_background: bool
+
+
+def is_whole(held_m2: float, true_m2: float, narrow_px: float) -> bool:
+    """Say whether an outline that holds so much of a face is cut nowhere: its borders err by 3 px together, or 3 %."""
+    return held_m2 >= (1.0 - max(LACKS, END_PX / max(narrow_px, END_PX))) * true_m2
 
 
 def judged(twin: TwinPair, faces: dict[int, TrueFace], found: MeasuredFace, depth_m: FloatArray) -> Judged:

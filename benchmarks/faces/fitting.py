@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import FloatArray
-from benchmarks.faces.border_truth import crowded_twin
+from benchmarks.faces.border_truth import crowded_twin, station_twins
 from benchmarks.faces.twins import TwinPair
 from benchmarks.table import options
 
@@ -24,6 +24,7 @@ def fitting_options(text: str) -> argparse.ArgumentParser:
     parser = options(text)
     parser.add_argument("--write", action="store_true", help="write what was fitted into the package")
     parser.add_argument("--seeds", type=int, nargs="*", help="other seeds than the development ones")
+    parser.add_argument("--sites", type=int, nargs="*", help="other sites than the development ones")
     parser.add_argument("--read", type=Path, nargs="*", help="fit on what --rows kept, measure nothing")
     return parser
 
@@ -33,14 +34,19 @@ def observed(
     seeds: Sequence[int],
     of: Callable[[TwinPair, str], list[Observed]],
     read_back: Callable[[Sequence[Path]], list[Observed]],
+    sites: Sequence[int] = (),
 ) -> list[Observed]:
-    """Return what was kept in files, or else what `of` finds in each scene of `seeds`."""
+    """Return what was kept in files, or else what `of` finds in each scene of `seeds` and each station of `sites`."""
     if args.read:
         return read_back(args.read)
     found: list[Observed] = []
-    for seed in seeds[:2] if args.quick else args.seeds or seeds:
+    for seed in seeds[:2] if args.quick else seeds if args.seeds is None else args.seeds:
         found += of(crowded_twin(seed), f"twin {seed}")
         print(f"scene {seed}: {len(found)} so far", file=sys.stderr, flush=True)
+    for seed in () if args.quick else sites if args.sites is None else args.sites:
+        for name, pair in station_twins(seed):
+            found += of(pair, name)
+        print(f"site {seed}: {len(found)} so far", file=sys.stderr, flush=True)
     return found
 
 

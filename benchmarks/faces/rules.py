@@ -31,7 +31,7 @@ from asbuilt_bim.vision.stereo.depth import DepthMap
 from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map
 from benchmarks.faces import twins
 from benchmarks.faces.border_truth import crowded_twin, true_depth_m, true_faces
-from benchmarks.faces.ends import SIGMAS, Row, is_short, is_whole, judged_rows
+from benchmarks.faces.ends import SIGMAS, Row, holds_all, is_short, judged_rows
 from benchmarks.faces.fit_ends import SEEDS
 from benchmarks.faces.twins import TwinPair, read_twin
 from benchmarks.table import options, report, told
@@ -114,8 +114,8 @@ def told_of(rows: list[Row]) -> str:
     """Return what the faces come to."""
     bodies = [row for row in rows if row["body"] >= 0]
     called, parts = [r for r in bodies if r["whole"]], [r for r in bodies if not r["whole"]]
-    false = sum(not is_whole(r) and is_short(r) for r in called)
-    errors = np.abs([r["area_m2"] / r["true_m2"] - 1.0 for r in called if is_whole(r)] or [1.0])
+    false = sum(not holds_all(r) and is_short(r) for r in called)
+    errors = np.abs([r["area_m2"] / r["true_m2"] - 1.0 for r in called if holds_all(r)] or [1.0])
     over = sum(r["area_m2"] - r["seen_m2"] > SIGMAS * r["sigma_m2"] for r in parts)
     held = np.mean([min(r["held_m2"] / max(r["seen_m2"], 1e-9), 1.0) for r in parts] or [0.0])
     none = sum(r["body"] < 0 and r["share"] < 0.5 for r in rows)

@@ -22,6 +22,7 @@ from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.planes.face_hypotheses import filled
 from asbuilt_bim.measure.station_faces import FaceOptions, StationFaces, measure_faces
 from asbuilt_bim.measure.workbench import marks_mask
+from asbuilt_bim.vision.markers.find import find_markers
 from asbuilt_bim.vision.masks.segment import Instance, InstanceSource
 from asbuilt_bim.vision.scene.bars import without_bars
 from asbuilt_bim.vision.scene.geometric import segment_scene
@@ -83,12 +84,16 @@ def cycles_seeds() -> tuple[int, ...]:
     return there
 
 
-def load_twin(folder: Path, rig: StereoRig | None = None) -> TwinPair:
-    """Read a pair and rectify it, with its true rig unless another is given."""
+def load_twin(folder: Path, rig: StereoRig | None = None, photos: Path | None = None) -> TwinPair:
+    """Read a pair and rectify it, with its true rig unless another is given.
+
+    `photos`: what left.jpg and right.jpg are called where they lie elsewhere, up to "left.jpg" and "right.jpg".
+    """
     truth = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
     chosen = rig if rig is not None else true_rig(truth)
     prepared = rectification(chosen)
-    left, right = (cv2.imread(str(folder / f"{side}.jpg")) for side in ("left", "right"))
+    start = f"{folder}/" if photos is None else str(photos)
+    left, right = (cv2.imread(f"{start}{side}.jpg") for side in ("left", "right"))
     faces = cv2.imread(str(folder / "faces.png"), cv2.IMREAD_UNCHANGED)
     labels = cv2.remap(faces, np.array(prepared.left_map), None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT)
     return TwinPair(
@@ -111,7 +116,7 @@ def true_rig(truth: dict[str, Any]) -> StereoRig:
 def read_twin(twin: TwinPair) -> Read:
     """Match, read the surfaces and find the target."""
     target, _ = find_target(twin.pair, TargetOptions(diameter_m=TARGET_DIAMETER_M))
-    marks = marks_mask(twin.pair.valid_left.shape, (), target)
+    marks = marks_mask(twin.pair.valid_left.shape, find_markers(twin.pair), target)
     depth = depth_map(twin.pair, SemiGlobalMatcher())
     scene = without_bars(read_scene(twin.pair, depth), twin.pair, marks)
     return Read(twin=twin, scene=scene, target=target, marks=marks, sky=find_sky(twin.pair, depth))

@@ -40,7 +40,9 @@ def faces() -> list[Face]:
     for number in range(40):
         shown = rng.random((4, len(FEATURES)))
         ends = shown[:, 0] > 0.3
-        found.append(Face(scene=f"twin {number % 5}", features=shown, ends=ends, whole=bool(ends[1:].all())))
+        found.append(
+            Face(scene=f"twin {number % 5}", features=shown, ends=ends, held=float(ends[1:].all()), narrow_px=200.0)
+        )
     return found
 
 
@@ -57,8 +59,9 @@ def test_the_limit_is_where_a_false_whole_costs_as_much_as_those_that_are_lost()
 
 
 def test_a_face_counts_as_whole_by_what_its_outline_holds_whatever_its_sides_are() -> None:
-    fit = fitted([replace(face, whole=True) for face in faces()])
+    fit = fitted([replace(face, held=0.98) for face in faces()])
     assert dict(fit["fitted_on"])["whole"] == 40  # type: ignore[call-overload]
+    assert [replace(faces()[0], held=0.92, narrow_px=px).whole for px in (30.0, 60.0)] == [True, False]
 
 
 def test_what_was_kept_is_read_back_and_gives_the_same_model(tmp_path: object) -> None:

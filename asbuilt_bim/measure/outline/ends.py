@@ -27,7 +27,7 @@ class Model:
     """Weights (K + 1,) of the features and the base; a face's two; what a face must reach to count as whole."""
 
     weights: FloatArray
-    face: FloatArray  # (2,): what the odds that all its sides are ends count, and the base
+    face: FloatArray  # (2,): what the odds of its sides' mean count, and the base
     limit: float
     least_side_px: float  # a shorter side ends where its neighbours do
 
@@ -89,15 +89,15 @@ def side_probabilities(features: FloatArray, weights: FloatArray) -> FloatArray:
     return _logistic(odds)
 
 
-def odds_of_all(sides: FloatArray) -> float:
-    """Return the logarithm of the odds that all sides are ends, were they independent."""
-    against = max(-float(np.sum(np.log(np.maximum(sides, LEAST)))), LEAST)
+def odds_of_mean(sides: FloatArray) -> float:
+    """Return the logarithm of the odds of the sides' geometric mean: one that is surely no end pulls it down."""
+    against = max(-float(np.mean(np.log(np.maximum(sides, LEAST)))), LEAST)
     return -float(np.log(np.expm1(against)))
 
 
 def face_probability(sides: FloatArray, face: FloatArray) -> float:
-    """Return how likely a face is whole whose sides have these probabilities: they don't err independently."""
-    return float(_logistic(face[0] * odds_of_all(sides) + face[1]))
+    """Return how likely a face is whole whose sides have these probabilities: they err together, not one by one."""
+    return float(_logistic(face[0] * odds_of_mean(sides) + face[1]))
 
 
 def _logistic(odds: FloatArray) -> FloatArray:
