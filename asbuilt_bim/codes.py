@@ -311,6 +311,7 @@ class Reason(StrEnum):
     NOT_SEEN = "not seen"
     SEEN_LITTLE = "seen too little"
     NOT_SEEN_AGAIN = "not seen again"
+    OPEN_BEFORE = "open before"  # and seen built by too little since
     SEEN_TO_TOP = "seen to its top"
     NO_FACE_FITS = "no measured face fits"
     TOP_NOT_SEEN = "top not seen"

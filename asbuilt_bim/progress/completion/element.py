@@ -69,6 +69,7 @@ def progress_of(
     in_place = displaced is None or displaced.accepted
     because = [noted(why, subject, coverage=completion.coverage)] if why and in_place else []
     notes = [*because, *doubts, *(note for surface in surfaces for note in surface.notes)]
+    notes += _held_back(element, surfaces, cells, options)
     if conflict:
         notes.append(_disagreement(element, cells, stations))
     seen_built = sum(surface.built_area_m2 for surface in surfaces)
@@ -139,6 +140,17 @@ def _disagreement(element: BimElement, cells: CellStates, stations: Sequence[str
         low_m=float(torn.min() - half) * element.height_m,
         high_m=float(torn.max() + half) * element.height_m,
     )
+
+
+def _held_back(
+    element: BimElement, surfaces: Sequence[SurfaceState], cells: CellStates, options: ProgressOptions
+) -> list[Note]:
+    """Return the note of cells that would count as built, had an earlier visit not seen a part of them open."""
+    if not any(surface.was_open_uv_m for surface in surfaces):
+        return []
+    afresh = cell_states(element, [replace(surface, was_open_uv_m=()) for surface in surfaces], options)
+    share = float(np.mean(afresh.built & ~cells.built))
+    return [noted(Reason.OPEN_BEFORE, about(SubjectKind.ELEMENT, element.global_id), share=share)] if share else []
 
 
 def _displaced(subject: Subject, found: Displaced) -> Note:

@@ -208,3 +208,13 @@ def test_best_lies_within_its_bounds_and_nothing_seen_is_never_nought_percent(
         assert completion.coverage >= OPTIONS.known_from
     else:
         assert completion.coverage < OPTIONS.known_from
+
+
+def test_a_cell_that_a_little_is_seen_built_of_counts_only_if_it_was_not_open_before_and_the_note_says_so() -> None:
+    seen = says(0, built=polygon.union([polygon.box(0, 0, 4, 1.5), polygon.box(0, 1.5, 4, 1.6)]))
+    afresh = progress(seen)
+    before = progress(replace(seen, was_open_uv_m=polygon.box(0, 1.6, 4, 3)))
+    assert before.completion.lower < afresh.completion.lower
+    assert before.cells_built == afresh.cells_built - 16.0 and before.cells_open == 0.0  # one row of the wall's twelve
+    assert the(before.notes, Reason.OPEN_BEFORE).values["share"] == pytest.approx(1 / 12)
+    assert Reason.OPEN_BEFORE not in codes(afresh.notes)
