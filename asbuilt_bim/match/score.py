@@ -79,12 +79,12 @@ def compare(seen: WorldFace, design: DesignFace, kind: ElementClass, options: Ma
     if angle > np.pi / 2:
         return None
     angle_sigma = seen.angle_sigma_rad
-    widest = np.radians(options.max_angle_deg) + min(options.sigmas * angle_sigma, np.radians(options.max_angle_deg))
+    widest = widest_rad(angle_sigma, options)
     if angle > widest:
         return Comparison(
             design=design, strict=polygon.EMPTY, loose=polygon.EMPTY, offset_m=0.0, offset_sigma_m=0.0,
             score=0.0, fault=Reason.FACE_TURNED,
-            values={"angle_rad": angle, "limit_rad": float(widest)}, excess=TURNED + angle / widest,
+            values={"angle_rad": angle, "limit_rad": widest}, excess=TURNED + angle / widest,
         )  # fmt: skip
     border = design_region(design, seen.frame)
     strict = polygon.intersection(seen.outline, border)
@@ -96,6 +96,12 @@ def compare(seen: WorldFace, design: DesignFace, kind: ElementClass, options: Ma
         design=design, strict=strict, loose=loose, offset_m=offset, offset_sigma_m=sigma,
         score=score, fault=fault, values=values, excess=excess,
     )  # fmt: skip
+
+
+def widest_rad(angle_sigma_rad: float, options: MatchOptions) -> float:
+    """Return how far a face whose direction is known so well may be turned against a design face and still be it."""
+    furthest = float(np.radians(options.max_angle_deg))
+    return furthest + min(options.sigmas * angle_sigma_rad, furthest)
 
 
 def point_sigma_m(pose: StationPose, points_m: FloatArray, directions: FloatArray) -> FloatArray:

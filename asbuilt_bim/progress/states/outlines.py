@@ -10,7 +10,10 @@ from asbuilt_bim.bim.model import BimElement
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import BoolArray
 from asbuilt_bim.geometry.plane import PlaneFrame
+from asbuilt_bim.geometry.transform import apply
+from asbuilt_bim.match.options import MatchOptions
 from asbuilt_bim.match.result import FaceMatch
+from asbuilt_bim.match.score import WorldFace, widest_rad
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.sample_grid import Indices
 
@@ -47,6 +50,31 @@ def marked(chosen: Iterable[Covered], count: int) -> BoolArray:
     for one in chosen:
         inside[one.samples] = True
     return inside
+
+
+def before_ends(element: BimElement, samples: CellSamples, asked: Indices, unmatched: Sequence[WorldFace]) -> BoolArray:
+    """Say which samples (N,) of those `asked` a station sees before a measured face that lies within the element.
+
+    It fits no design face, looks the way that one of the element's does, and stands where the design has concrete: the
+    end of a wall that is shorter than its design. Aslant, what lies close before it looks like the samples' surface.
+    """
+    before = np.zeros(len(samples.face), dtype=bool)
+    normals = [face.frame.normal for face in element.faces if isinstance(face.frame, PlaneFrame)]
+    body = apply(element.axis_from_world, element.vertices_m)
+    low, high = body.min(axis=0), body.max(axis=0)
+    for end in unmatched:
+        frame, at = end.frame, apply(element.axis_from_world, end.centroid_m)
+        if not isinstance(frame, PlaneFrame) or not np.all((at > low) & (at < high)):
+            continue
+        turned = np.cos(widest_rad(end.angle_sigma_rad, MatchOptions()))
+        if any(frame.normal @ normal >= turned for normal in normals):
+            other = asked[samples.normals[asked] @ frame.normal < turned]
+            eye = end.pose.world_from_left[:-1, -1]
+            hits = apply(element.axis_from_world, frame.plane.intersect(eye, samples.points_m[other] - eye))
+            rise = apply(element.axis_from_world, frame.from_uv(end.face.outline_uv_m[0]))[:, 2]
+            inside = np.all((hits >= [*low[:2], rise.min()]) & (hits <= [*high[:2], rise.max()]), axis=1)
+            before[other] |= inside
+    return before
 
 
 def stands_off(match: FaceMatch, options: ProgressOptions) -> bool:

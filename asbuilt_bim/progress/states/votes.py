@@ -1,7 +1,7 @@
 """What every station says of every sample of an element's surface, put together: log-odds of built against open."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from asbuilt_bim.bim.cells import CellSamples, cell_samples
 from asbuilt_bim.bim.model import BimElement
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.match.result import FaceMatch
+from asbuilt_bim.match.score import WorldFace, in_world
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.belief import OtherColour, weigh_colour
 from asbuilt_bim.progress.states.colour import ConcreteColour, FaceTint
@@ -24,7 +25,7 @@ from asbuilt_bim.progress.states.evidence import (
 )
 from asbuilt_bim.progress.states.features import shown
 from asbuilt_bim.progress.states.likelihood import decided, log_odds
-from asbuilt_bim.progress.states.outlines import Covered, covered, marked, may_be_concrete, stands_off
+from asbuilt_bim.progress.states.outlines import Covered, before_ends, covered, marked, may_be_concrete, stands_off
 from asbuilt_bim.progress.states.sample_grid import patches
 
 NEARLY_M = 1e-3
@@ -93,12 +94,15 @@ def gather(
     """Ask every station about every sample of some elements; a station's pictures are opened once for all of them."""
     colours = {view.pose.station: view.colour for view in views if view.colour is not None}
     asked = [_nothing_yet(element, colours, by_face, options) for element in elements]
+    matched = {match.face_id for matches in by_face.values() for match in matches}
     for view in views:
+        faces = view.placed.measurement.faces
+        unmatched = [in_world(face, view.pose) for face in faces if face.face_id not in matched]
         for one in asked:
             samples = one.samples
             seen = faced(view, samples.points_m, samples.normals, options) if _in_reach(view, one, options) else None
             if seen is not None and len(seen.asked):  # of what it doesn't face a station says nothing
-                _ask(open_view(view), seen, one, by_face, options)
+                _ask(open_view(view), seen, one, by_face, unmatched, options)
     return [one.votes(options) for one in asked]
 
 
@@ -131,12 +135,15 @@ def _ask(
     seen: Faced,
     one: _Asked,
     by_face: Mapping[str, Sequence[FaceMatch]],
+    unmatched: Sequence[WorldFace],
     options: ProgressOptions,
 ) -> None:
     """Ask one station, and keep what it says."""
     samples, other, station = one.samples, one.other, view.pose.station
     tints = other.tints if other is not None and other.believed else NO_TINTS
     evidence = judge(view, samples.points_m, samples.normals, seen, options, tints)
+    end = (evidence.verdict == Verdict.NEAR) & before_ends(one.element, samples, seen.asked, unmatched)
+    evidence = replace(evidence, verdict=np.where(end, np.uint8(Verdict.NOT_MEASURED), evidence.verdict))
     matched = covered(one.element, samples, station, by_face)
     own = [face for face in matched if may_be_concrete(face.match, options) and len(face.samples)]
     count = len(samples.face)
