@@ -1,6 +1,6 @@
 """What a revision did to the design: walls and columns gone, new, changed in shape, moved, counted elsewhere."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
@@ -56,26 +56,42 @@ def revision_notes(before: ProgressReport, after: ProgressReport) -> tuple[Note,
         (Reason.DESIGN_MOVED, changes.moved),
     )
     notes = [_note(code, [_named(one) for one in elements], before) for code, elements in kinds if elements]
-    return (*notes, *_counted_elsewhere(before, after))
+    named = {element.global_id: _named(element) for element in after.elements}
+    for code, told in assignment_changes(before, after).items():
+        notes.append(_note(code, [f"{named[key]} ({change})" for key, change in told.items()], before))
+    return tuple(notes)
 
 
-def _counted_elsewhere(before: ProgressReport, after: ProgressReport) -> Iterator[Note]:
-    """Yield a note on elements of another storey, of another task, and of another name: sums and dates go by these."""
-    old = {element.global_id: element for element in before.elements}
-    for code, of in ((Reason.DESIGN_OTHER_STOREY, _storeys), (Reason.DESIGN_OTHER_TASK, _tasks)):
-        were, are = of(before), of(after)
-        both = ((one, were[one.global_id], are[one.global_id]) for one in after.elements if one.global_id in old)
-        changed = [
-            f"{_named(one)} ({_all_of(was)} -> {_all_of(now)})"
-            for one, was, now in both
-            if was.keys() != now.keys() and {*was.values()} != {*now.values()}
-        ]
-        if changed:
-            yield _note(code, changed, before)
-    renamed = [one for one in after.elements if one.name != old.get(one.global_id, one).name]
-    if renamed:
-        named = [f"{_named(old[one.global_id])} -> {one.name or one.global_id}" for one in renamed]
-        yield _note(Reason.DESIGN_RENAMED, named, before)
+def assignment_changes(before: ProgressReport, after: ProgressReport) -> dict[Reason, dict[str, str]]:
+    """Return which elements have another storey, task or name, each with what was and is: sums and dates go by these.
+
+    A storey or task of the same name with a new GlobalId is the same one, unless its GlobalId is one of another.
+    """
+    kinds = (Reason.DESIGN_OTHER_STOREY, _storeys), (Reason.DESIGN_OTHER_TASK, _tasks), (Reason.DESIGN_RENAMED, _names)
+    kept = _groups(before) & _groups(after)
+    found: dict[Reason, dict[str, str]] = {}
+    for code, of in kinds:
+        were = of(before)
+        for key, now in of(after).items():
+            was = were.get(key, now)
+            if was.keys() == now.keys():
+                continue
+            if {*was.values()} != {*now.values()}:
+                found.setdefault(code, {})[key] = f"{_all_of(was)} -> {_all_of(now)}"
+            elif kept & (was.keys() ^ now.keys()):  # two of one name
+                told = (_all_of({one: f"{name} {one}" for one, name in of_it.items()}) for of_it in (was, now))
+                found.setdefault(code, {})[key] = " -> ".join(told)
+    return found
+
+
+def _groups(report: ProgressReport) -> set[str]:
+    """Return the keys of all storeys and tasks."""
+    return {storey.key for storey in report.storeys} | {task.progress.key for task in report.tasks}
+
+
+def _names(report: ProgressReport) -> dict[str, dict[str, str]]:
+    """Return by GlobalId the name of each element."""
+    return {one.global_id: {one.name: one.name or one.global_id} for one in report.elements}
 
 
 def _storeys(report: ProgressReport) -> dict[str, dict[str, str]]:

@@ -110,6 +110,30 @@ def test_elements_on_another_storey_of_another_task_and_of_another_name_are_told
     assert codes(notes) == told and set(told) < REVISIONS
     assert notes[0].values["elements"] == (f"{first.kind} New ({was} -> {other.name})",)
     assert "-> none)" in note_words(notes[1]) and f"{first.name} -> New" in note_words(notes[2])
+    (line,) = changes(before, after)
+    moves = f"storey {was} -> {other.name}, task {task.progress.name} -> none, name {first.name} -> New"
+    assert line == f"{first.kind} New: {moves}"
+
+
+def test_an_element_of_another_task_of_the_same_name_is_told_with_both_globalids() -> None:
+    report = sample_report()
+    first = report.tasks[0].progress
+    one = first.elements[0]
+    walls, more = replace(first, name="Walls", elements=(one,)), replace(first, key="other", name="Walls", elements=())
+    tasks = [replace(report.tasks[0], progress=progress) for progress in (walls, more)]
+    moved = [
+        replace(tasks[0], progress=replace(walls, elements=())),
+        replace(tasks[1], progress=replace(more, elements=(one,))),
+    ]
+    before, after = replace(report, tasks=tuple(tasks)), replace(report, tasks=tuple(moved))
+    (note,) = revision_notes(before, after)
+    assert note.code is Reason.DESIGN_OTHER_TASK and f"(Walls {first.key} -> Walls other)" in note_words(note)
+
+
+def test_a_storey_with_another_name_and_the_same_globalid_is_the_same() -> None:
+    before = sample_report()
+    storeys = tuple(replace(one, name=f"new {one.name}") for one in before.storeys)
+    assert revision_notes(before, replace(before, storeys=storeys)) == ()
 
 
 def test_a_storey_with_another_globalid_and_the_same_name_is_the_same() -> None:

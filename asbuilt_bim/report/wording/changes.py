@@ -15,13 +15,15 @@ from asbuilt_bim.progress.report import (
     ProgressReport,
     TaskProgress,
 )
-from asbuilt_bim.progress.revision import design_changes
+from asbuilt_bim.progress.revision import assignment_changes, design_changes
 from asbuilt_bim.report.tables import station_rows, storey_names
 from asbuilt_bim.report.wording.completion import AT_LEAST, BEST, SEEN, best_words, seen_words
 from asbuilt_bim.report.wording.of_workbook.valuation_notes import kept_words
 from asbuilt_bim.report.wording.values import area, number, percent_certain, plain, rate, share_of_money, unit_sign
 
 SAME_AREA_M2 = 0.005  # half of the last decimal shown
+
+COUNTED = {Reason.DESIGN_OTHER_STOREY: "storey", Reason.DESIGN_OTHER_TASK: "task", Reason.DESIGN_RENAMED: "name"}
 
 
 def changes(before: ProgressReport, after: ProgressReport) -> tuple[str, ...]:
@@ -168,12 +170,15 @@ def _elements(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
     new = {element.global_id: element for element in after.elements}
     where = "the scope" if _rescoped(before, after) else "the design"
     revised = design_changes(before, after)
-    designed = {e.global_id: "other shape in the design" for e in revised.reshaped}
-    designed |= {e.global_id: "moved in the design" for e in revised.moved}
+    designed = {e.global_id: ["other shape in the design"] for e in revised.reshaped}
+    designed |= {e.global_id: ["moved in the design"] for e in revised.moved}
+    for code, told in assignment_changes(before, after).items():
+        for key, change in told.items():
+            designed.setdefault(key, []).append(f"{COUNTED[code]} {change}")
     for key, element in new.items():
         if key not in old:
             yield f"{_named(element)}: new in {where}, {element.shown_state}"
-        elif parts := [*filter(None, [designed.get(key)]), *_element(old[key], element)]:
+        elif parts := [*designed.get(key, ()), *_element(old[key], element)]:
             yield f"{_named(element)}: {', '.join(parts)}"
     yield from (f"{_named(old[key])}: no longer in {where}" for key in old if key not in new)
 
