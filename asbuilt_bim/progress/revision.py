@@ -55,8 +55,8 @@ def revision_notes(before: ProgressReport, after: ProgressReport) -> tuple[Note,
         (Reason.DESIGN_RESHAPED, changes.reshaped),
         (Reason.DESIGN_MOVED, changes.moved),
     )
-    notes = [_note(code, [_named(one) for one in elements], before) for code, elements in kinds if elements]
-    named = {element.global_id: _named(element) for element in after.elements}
+    notes = [_note(code, [element_label(one) for one in elements], before) for code, elements in kinds if elements]
+    named = {element.global_id: element_label(element) for element in after.elements}
     for code, told in assignment_changes(before, after).items():
         notes.append(_note(code, [f"{named[key]} ({change})" for key, change in told.items()], before))
     return tuple(notes)
@@ -116,10 +116,11 @@ def _all_of(names: Mapping[str, str]) -> str:
 def remap_notes(before: ProgressReport, ids: Mapping[str, str]) -> tuple[Note, ...]:
     """Return the note on elements that have other GlobalIds now; `before` bears the new ones already."""
     found = [element for element in before.elements if element.global_id in set(ids.values())]
-    return (_note(Reason.DESIGN_NEW_IDS, [_named(one) for one in found], before),) if found else ()
+    return (_note(Reason.DESIGN_NEW_IDS, [element_label(one) for one in found], before),) if found else ()
 
 
-def _named(element: ElementProgress) -> str:
+def element_label(element: ElementProgress) -> str:
+    """Return what people call an element."""
     return f"{element.kind} {element.name or element.global_id}"
 
 

@@ -28,7 +28,6 @@ def held_line(line: CostProgress, paid: Paid | None, elements: Mapping[str, Elem
     """Return a line with as much of the contract on its design as when it was certified; what nobody has is lost."""
     wanted, room = _wanted(line, paid)
     parts = {key: (kept + room * more) / abs(line.planned_quantity) for key, (kept, more) in wanted.items()}
-    share = math.fsum(line.parts.values()) + line.lost
     if not parts or (not line.lost and all(abs(part - line.parts[key]) < ROUNDING for key, part in parts.items())):
         return line
     known = {key: elements[key] for key in parts if key in elements}
@@ -38,7 +37,7 @@ def held_line(line: CostProgress, paid: Paid | None, elements: Mapping[str, Elem
     if seen.best is not None and not line.others:  # of what the design lost nothing is wanted any more
         completion = replace(completion, best=seen.best * on_design)
     made = replace(earned(line, completion, parts, known), designs=line.designs, design_quantity=line.design_quantity)
-    lost = share - math.fsum(parts.values())
+    lost = math.fsum(line.parts.values()) + line.lost - math.fsum(parts.values())
     return replace(made, lost=lost if lost > ROUNDING else 0.0)
 
 
@@ -69,7 +68,7 @@ def _wanted(line: CostProgress, paid: Paid | None) -> tuple[dict[str, tuple[floa
         more = more if more > _step(line) / 2.0 else 0.0  # what was signed was read rounded
         found[key] = (each * one - more, more)
     kept, new = (math.fsum(column) for column in zip(*found.values(), strict=True))
-    if kept > contract:  # by what that adds up to
+    if kept > contract:  # what was rounded adds up to more
         found = {key: (one * contract / kept, more) for key, (one, more) in found.items()}
     return found, min(max((there - kept) / new, 0.0), 1.0) if new > 0.0 else 1.0
 

@@ -15,7 +15,7 @@ from asbuilt_bim.progress.report import (
     ProgressReport,
     TaskProgress,
 )
-from asbuilt_bim.progress.revision import assignment_changes, design_changes
+from asbuilt_bim.progress.revision import assignment_changes, design_changes, element_label
 from asbuilt_bim.report.tables import station_rows, storey_names
 from asbuilt_bim.report.wording.completion import AT_LEAST, BEST, SEEN, best_words, seen_words
 from asbuilt_bim.report.wording.of_workbook.valuation_notes import kept_words
@@ -177,10 +177,10 @@ def _elements(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
             designed.setdefault(key, []).append(f"{COUNTED[code]} {change}")
     for key, element in new.items():
         if key not in old:
-            yield f"{_named(element)}: new in {where}, {element.shown_state}"
+            yield f"{element_label(element)}: new in {where}, {element.shown_state}"
         elif parts := [*designed.get(key, ()), *_element(old[key], element)]:
-            yield f"{_named(element)}: {', '.join(parts)}"
-    yield from (f"{_named(old[key])}: no longer in {where}" for key in old if key not in new)
+            yield f"{element_label(element)}: {', '.join(parts)}"
+    yield from (f"{element_label(old[key])}: no longer in {where}" for key in old if key not in new)
 
 
 def _rescoped(before: ProgressReport, after: ProgressReport) -> bool:
@@ -216,11 +216,6 @@ def _differ(old: float | None, new: float | None, same: float) -> bool:
     if old is None or new is None:
         return old is not new
     return not math.isclose(old, new, rel_tol=0.0, abs_tol=same)
-
-
-def _named(element: ElementProgress) -> str:
-    """Name an element."""
-    return f"{element.kind} {element.name or element.global_id}"
 
 
 def _terms(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
