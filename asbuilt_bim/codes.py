@@ -311,12 +311,11 @@ class Reason(StrEnum):
     NOT_SEEN = "not seen"
     SEEN_LITTLE = "seen too little"
     NOT_SEEN_AGAIN = "not seen again"
-    OPEN_BEFORE = "open before"  # and seen built by too little since
     SEEN_TO_TOP = "seen to its top"
-    NO_FACE_FITS = "no measured face fits"
     TOP_NOT_SEEN = "top not seen"
     SEEN_WITH_FOOT = "seen with its foot"
     FOOT_NOT_SEEN = "foot not seen"
+    LEVEL_UNCLEAR = "level unclear"
     PHOTOS_DISAGREE = "photos disagree"
     CONTRADICTS_ITSELF = "contradicts itself"  # in most of what photos show of it: so nothing is decided
     DISPLACED = "displaced"  # it stands beside its design
@@ -382,9 +381,10 @@ class Reason(StrEnum):
 
 WHY_STATE = frozenset(
     {
-        *(Reason.DECIDED_NOTHING, Reason.NOT_SEEN, Reason.SEEN_LITTLE, Reason.NOT_SEEN_AGAIN, Reason.NO_FACE_FITS),
+        *(Reason.DECIDED_NOTHING, Reason.NOT_SEEN, Reason.SEEN_LITTLE, Reason.NOT_SEEN_AGAIN),
         Reason.CONTRADICTS_ITSELF,
-        *(Reason.TOP_NOT_SEEN, Reason.FOOT_NOT_SEEN, Reason.SEEN_TO_TOP, Reason.SEEN_WITH_FOOT),
+        *(Reason.TOP_NOT_SEEN, Reason.FOOT_NOT_SEEN, Reason.LEVEL_UNCLEAR, Reason.SEEN_TO_TOP),
+        Reason.SEEN_WITH_FOOT,
         *(Reason.DISPLACED, Reason.DISPLACED_WITH_OTHERS),
     }
 )

@@ -72,8 +72,8 @@ def none_of(*given: Any, **_: Any) -> Any:
     return np.zeros(len(samples.face), dtype=bool)
 
 
-def _no_cells(cells: Any, *_: Any) -> Any:
-    return np.zeros(int((cells.weight > 0.0).sum()), dtype=bool)
+def _everywhere(rows: Any) -> Any:
+    return np.ones_like(rows)
 
 
 RULES = (
@@ -82,8 +82,7 @@ RULES = (
         name="outlines standing off", module=votes, function="stands_off", instead=lambda *_: False,
     ),
     Rule(name="bars by size and depth", module=outlines, function="looks_like_bars", instead=lambda *_: False),
-    Rule(name="built hangs in the air", module=cell_states, function="_hanging", instead=_no_cells),
-    Rule(name="open under built may be built", module=cell_states, function="_under", instead=_no_cells),
+    Rule(name="nothing is certain that nobody saw", module=cell_states, function="_under", instead=_everywhere),
     Rule(name="whole held against what is built", module=decide, function="_past_outline", instead=lambda *_: 0.0),
     Rule(name="what was open has risen", module=decide, function="_has_risen", instead=lambda *_: False),
     Rule(name="faces past their design", module=decide, function="past_design", instead=lambda *_: []),

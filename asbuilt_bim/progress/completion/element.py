@@ -9,36 +9,15 @@ import numpy as np
 from asbuilt_bim.bim.cells import element_cells
 from asbuilt_bim.bim.model import BimElement
 from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, about, each_once, noted
-from asbuilt_bim.geometry import polygon
-from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.match.displaced import Displaced
 from asbuilt_bim.progress.history import VisitHistory
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import Completion, ElementProgress, State
 from asbuilt_bim.progress.states.cell_states import CellStates, cell_states
 from asbuilt_bim.progress.states.doubts import doubts_of
+from asbuilt_bim.progress.states.pour import model
 from asbuilt_bim.progress.surface import SurfaceState
-
-
-def completion_of(
-    built: float,
-    opened: float,
-    total: float,
-    options: ProgressOptions,
-    *,
-    least: float = np.inf,
-    most: float = 0.0,
-) -> Completion:
-    """Return completion and its bounds from amounts (cells, m2); what is neither built nor open is unknown.
-
-    `least` and `most` are how much of the total is built at least and at most: no bound is tighter than they say.
-    """
-    if total <= 0.0:
-        return Completion(best=None, lower=0.0, upper=1.0, coverage=0.0)
-    coverage = min((built + opened) / total, 1.0)
-    best = built / (built + opened) if coverage >= options.known_from and built + opened > 0.0 else None
-    lower, upper = min(built, least, total) / total, max(total - opened, most, 0.0) / total
-    return Completion(best=best, lower=lower, upper=min(max(upper, lower), 1.0), coverage=coverage)
 
 
 def progress_of(
@@ -52,24 +31,24 @@ def progress_of(
     """Return one element's progress from the states of its faces, or that it stands beside its design."""
     cells = cell_states(element, surfaces, options)
     built, opened, conflict = (float(np.sum(one)) for one in (cells.built, cells.open, cells.conflict))
-    least, most = float(cells.least.sum()), float(cells.most.sum())
-    completion = completion_of(built, opened, float(cells.count), options, least=least, most=most)
+    completion = completion_by_cells(cells, options)
     area, sigma = _as_built(surfaces)
-    state, why = _state(cells, element.height_m, completion, options, is_measured=area is not None)
+    state, why = state_of(cells, element.height_m, completion, options, model().limit)
     stations = sorted({name for surface in surfaces for name in surface.stations})
     if not stations and state != "complete" and completion.best is not None:
         # what was open when it was last seen is forgotten, since it may have been built: what is left isn't all of it
         completion = replace(completion, best=None)
         why = Reason.NOT_SEEN_AGAIN
     elif state != "complete":
-        completion = _as_last_seen(element, surfaces, cells, completion, options)
+        completion = _held_back(cells, completion)
+        if state == "part":
+            completion = _best_of_a_part(cells, element.height_m, completion, options)
     seen_unfinished = bool(stations) and is_unfinished(state, completion, options.complete_from)
     doubts = list(doubts_of(element, surfaces, state, options))
     subject = about(SubjectKind.ELEMENT, element.global_id)
     in_place = displaced is None or displaced.accepted
     because = [noted(why, subject, coverage=completion.coverage)] if why and in_place else []
     notes = [*because, *doubts, *(note for surface in surfaces for note in surface.notes)]
-    notes += _held_back(element, surfaces, cells, options)
     if conflict:
         notes.append(_disagreement(element, cells, stations))
     seen_built = sum(surface.built_area_m2 for surface in surfaces)
@@ -142,17 +121,6 @@ def _disagreement(element: BimElement, cells: CellStates, stations: Sequence[str
     )
 
 
-def _held_back(
-    element: BimElement, surfaces: Sequence[SurfaceState], cells: CellStates, options: ProgressOptions
-) -> list[Note]:
-    """Return the note of cells that would count as built, had an earlier visit not seen a part of them open."""
-    if not any(surface.was_open_uv_m for surface in surfaces):
-        return []
-    afresh = cell_states(element, [replace(surface, was_open_uv_m=()) for surface in surfaces], options)
-    share = float(np.mean(afresh.built & ~cells.built))
-    return [noted(Reason.OPEN_BEFORE, about(SubjectKind.ELEMENT, element.global_id), share=share)] if share else []
-
-
 def _displaced(subject: Subject, found: Displaced) -> Note:
     """Say where an element stands instead, and who says so."""
     x, y, _ = _plain(found.move_m)
@@ -175,27 +143,6 @@ def _best_when_seen(
     return history.best_when_seen.get(element.global_id) if completion.best is None else completion.best
 
 
-def _as_last_seen(
-    element: BimElement,
-    surfaces: Sequence[SurfaceState],
-    cells: CellStates,
-    completion: Completion,
-    options: ProgressOptions,
-) -> Completion:
-    """Return the completion with cells that were open when last seen open in its best estimate; no bound counts them.
-
-    What is built is remembered and what is open forgotten: of a wall half poured, a strip that is seen again would
-    leave a best estimate of nearly all.
-    """
-    was_open = any(surface.was_open_uv_m for surface in surfaces)
-    if completion.best is None or not was_open:
-        return completion
-    unforgotten = [replace(one, open_uv_m=polygon.union([one.open_uv_m, one.was_open_uv_m])) for one in surfaces]
-    before = cell_states(element, unforgotten, options).open & ~cells.built & ~cells.conflict
-    built, opened = float(cells.built.sum()), float((cells.open | before).sum())
-    return replace(completion, best=max(built / max(built + opened, 1.0), completion.lower))
-
-
 def _as_built(surfaces: Sequence[SurfaceState]) -> tuple[float | None, float | None]:
     """Add up the faces' as-built areas: what calibration errs by adds up, what the pictures err by is independent."""
     measured = [surface for surface in surfaces if surface.as_built_area_m2 is not None]
@@ -206,42 +153,76 @@ def _as_built(surfaces: Sequence[SurfaceState]) -> tuple[float | None, float | N
     return sum(s.as_built_area_m2 or 0.0 for s in measured), float(np.hypot(calibration, image))
 
 
-def _state(
-    cells: CellStates, height_m: float, completion: Completion, options: ProgressOptions, *, is_measured: bool
-) -> tuple[State, Reason | None]:
-    """Name the state, and the reason where it isn't plain.
+def completion_by_cells(cells: CellStates, options: ProgressOptions) -> Completion:
+    """Return what is built at least, at most and most likely, and how much of it was seen."""
+    if not cells.count:
+        return Completion(best=None, lower=0.0, upper=1.0, coverage=0.0)
+    coverage, lower, upper, likely = (
+        float(one.mean()) for one in (cells.seen, cells.least, np.maximum(cells.most, cells.least), cells.likely)
+    )
+    best = min(max(likely, lower), upper) if coverage >= options.known_from else None
+    return Completion(best=best, lower=lower, upper=upper, coverage=coverage)
 
-    Concrete rises from below: unless nearly all was seen, "complete" needs the top seen built. An element that was seen
-    by less than half also needs a face measured on it: something else may stand there. "Not started" needs the foot
-    seen open; where half was seen, starter bars may hide the foot, but no more than they do. What lies between stays
-    unknown in the bounds either way. Nothing has started where no more than a kicker, one whole cell, is sure to be
-    built.
+
+def state_of(
+    cells: CellStates, height_m: float, completion: Completion, options: ProgressOptions, limit: float
+) -> tuple[State, Reason | None]:
+    """Name the state that what was seen is likely in, and the reason where it isn't plain.
+
+    Nothing has started where no more than a kicker is built. Nobody is paid a top that nobody saw. Where no state is
+    likely enough it is unknown: the top or the foot was not seen, photos contradict one another, or they don't tell how
+    high it is.
     """
-    best = completion.best
-    if best is None:
+    if completion.best is None:
         if completion.coverage > 0.0:
             return "unknown", Reason.SEEN_LITTLE
         return "unknown", Reason.CONTRADICTS_ITSELF if cells.conflict.any() else Reason.NOT_SEEN
-    if best >= options.complete_from:
-        if completion.coverage >= options.nearly_all or _end_is(cells.built, cells, options, top=True):
-            if completion.coverage >= options.enough_coverage:
-                return "complete", None
-            if is_measured:
-                return "complete", Reason.SEEN_TO_TOP
-            return "unknown", Reason.NO_FACE_FITS
+    half_seen = completion.coverage >= options.enough_coverage
+    low, high = part_of(cells, height_m, options)
+    if cells.levels.between(high + 1, cells.levels.rows) >= limit and _top_is_seen(cells, options):
+        return "complete", None if half_seen else Reason.SEEN_TO_TOP
+    if cells.levels.between(0, low - 1) >= limit:
+        return "not started", None if half_seen else Reason.SEEN_WITH_FOOT
+    if cells.levels.between(low, high) >= limit:
+        return "part", None
+    likely = cells.likely[cells.seen] >= 0.5
+    if likely.all() and not _top_is_seen(cells, options):
         return "unknown", Reason.TOP_NOT_SEEN
-    if best <= options.not_started_to or cells.least.sum() <= 1.0:
-        near_foot = float(np.min(cells.height, where=cells.open, initial=1.0)) * height_m <= options.starter_bars_m
-        if (near_foot and completion.coverage >= options.enough_coverage) or _end_is(
-            cells.open, cells, options, top=False
-        ):
-            return "not started", None if completion.coverage >= options.enough_coverage else Reason.SEEN_WITH_FOOT
+    if not likely.any() and not cells.seen[cells.height == cells.height.min()].any():
         return "unknown", Reason.FOOT_NOT_SEEN
-    return "part", None
+    return "unknown", Reason.LEVEL_UNCLEAR
 
 
-def _end_is(wanted: BoolArray, cells: CellStates, options: ProgressOptions, top: bool) -> bool:
-    """Say whether of the topmost (or lowest) tenth of the cells enough was seen, and all of that is as wanted."""
-    decided = cells.built | cells.open
-    end = cells.height >= 0.9 * cells.height.max() if top else cells.height <= cells.height.min() + 0.1
-    return bool(np.mean(decided[end]) >= options.known_from and np.all(wanted[decided & end]))
+def part_of(cells: CellStates, height_m: float, options: ProgressOptions) -> tuple[int, int]:
+    """Return the lowest and the highest level, in rows, that is a part: over a kicker, and not as good as complete."""
+    rows = cells.levels.rows
+    return round(options.kicker_m / height_m * rows) + 1, int(np.ceil(options.complete_from * rows)) - 1
+
+
+def _top_is_seen(cells: CellStates, options: ProgressOptions) -> bool:
+    """Say whether any cell was seen that reaches the height from which an element is complete."""
+    return bool(np.any(cells.seen & (cells.height + cells.height.min() >= options.complete_from)))
+
+
+def _held_back(cells: CellStates, completion: Completion) -> Completion:
+    """Return the completion with what was open when last seen open in its best estimate, as long as nothing shows more.
+
+    What is built is remembered and what is open forgotten: of a wall half poured, a strip that is seen again would
+    leave a best estimate of nearly all.
+    """
+    if completion.best is None:
+        return completion
+    return replace(completion, best=max(min(completion.best, float(cells.held.mean())), completion.lower))
+
+
+def _best_of_a_part(cells: CellStates, height_m: float, completion: Completion, options: ProgressOptions) -> Completion:
+    """Return the completion of a part with a best estimate that is one: the middle of the levels that a part may have.
+
+    Of all levels the middle one may be none at all, though most are a part's.
+    """
+    (low, high), rows = part_of(cells, height_m, options), cells.levels.rows
+    if completion.best is None or low <= completion.best * rows <= high:
+        return completion
+    below = np.cumsum(cells.levels.chance[cells.levels.seen, low : high + 1].sum(axis=0))
+    middle = (low + int(np.searchsorted(below, 0.5 * below[-1]))) / rows
+    return replace(completion, best=min(max(middle, completion.lower), completion.upper))

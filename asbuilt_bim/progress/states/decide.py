@@ -17,7 +17,6 @@ from asbuilt_bim.geometry.polygon import Region
 from asbuilt_bim.match.result import FaceMatch
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.as_built import as_built
-from asbuilt_bim.progress.states.cell_states import unsettled
 from asbuilt_bim.progress.states.doubts import GONE_M2, past_design
 from asbuilt_bim.progress.states.outlines import looks_like_bars, stands_off
 from asbuilt_bim.progress.states.sample_grid import Indices, patches, strips
@@ -41,9 +40,8 @@ def decide_element(
 ) -> list[SurfaceState]:
     """Return the state of each face of an element by its stations' votes, and by what `earlier` visits made of them.
 
-    What was built stays so, with two exceptions. It was never settled where sides contradicted one another, nor where
-    it hung over what was open: the open is forgotten, and this would be left. In cells of which this visit sees a good
-    piece open, it is unknown which is right until a visit says so again.
+    What was built stays so, but in cells of which this visit sees a good piece open: there it is unknown which is right
+    until a visit says so again.
     """
     samples = cell_samples(element, options.spacing_m)
     past = _past(element, samples, votes, earlier, options)
@@ -87,7 +85,6 @@ def _past(
             if region and own.any():
                 opened[own] |= polygon.contains(region, samples.uv_m[own])
     opened &= not _has_risen(opened, samples, votes)
-    built &= ~unsettled(element, known, options)[samples.cell]
     undone = built & votes.open
     gone_m2 = np.bincount(samples.face, weights=samples.area_m2 * undone, minlength=len(known))
     lost = samples.cell[undone & (gone_m2 >= GONE_M2)[samples.face]]

@@ -10,7 +10,6 @@ from asbuilt_bim.bim.model import BimElement, BimModel
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, IntArray, freeze, frozen
 from asbuilt_bim.geometry.polygon import areas_of_boxes
 from asbuilt_bim.geometry.transform import apply
-from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.surface import SurfaceState
 
 SIDE_M = 0.5
@@ -142,5 +141,5 @@ def _built(state: SurfaceState | None, uv_m: FloatArray, step_m: FloatArray) -> 
         return np.zeros(len(uv_m), dtype=np.bool_)
     low, high = uv_m - 0.5 * step_m, uv_m + 0.5 * step_m
     covered = areas_of_boxes(state.built_uv_m, low[:, 0], low[:, 1], high[:, 0], high[:, 1])
-    share: BoolArray = covered >= ProgressOptions().decided_share * np.prod(step_m, axis=1)
+    share: BoolArray = covered >= 0.5 * np.prod(step_m, axis=1)
     return share

@@ -110,14 +110,11 @@ SURFACE_NOTES: Mapping[Reason, Template] = {
     Reason.NOT_SEEN: "Nothing of it was seen: no photo shows it, or none well enough",
     Reason.SEEN_LITTLE: "Only {coverage:% seen} of it was seen: too little to say",
     Reason.NOT_SEEN_AGAIN: "It wasn't finished when it was last seen, and this visit didn't see it",
-    Reason.OPEN_BEFORE: "{share:%} of it counts as not seen: it was open when it was last seen, and less than half of "
-    "each such piece is seen built since. Photograph it again",
     Reason.SEEN_TO_TOP: f"{_SEEN}up to its top",
-    Reason.NO_FACE_FITS: f"{_SEEN}up to its top, but no measured face fits it",
     Reason.TOP_NOT_SEEN: f"{_SEEN}all of that built; its top was not seen",
-    Reason.SEEN_WITH_FOOT: f"{_SEEN}its foot with it, and that is open: concrete rises from there. What wasn't seen "
-    "stays possible all the same",
+    Reason.SEEN_WITH_FOOT: f"{_SEEN}all of that open: concrete rises from the foot",
     Reason.FOOT_NOT_SEEN: f"{_SEEN}all of that open; its foot was not seen",
+    Reason.LEVEL_UNCLEAR: f"{_SEEN}and photos don't show clearly how high it is built",
     Reason.PHOTOS_DISAGREE: _disagree,
     Reason.CONTRADICTS_ITSELF: "Most of what photos show of it contradicts itself: it may stand beside its design, or "
     "something else stands in its place",
