@@ -35,7 +35,7 @@ def identities(choice: NetworkChoice) -> dict[str, str]:
     if choice == NONE:
         return {}
     from asbuilt_bim.vision.networks.card import read_card
-    from asbuilt_bim.vision.networks.kinds import network_digest
+    from asbuilt_bim.vision.networks.files import network_digest
 
     try_networks(choice)
     load_models(choice)  # opens all of them: errors come before a station is measured
@@ -76,9 +76,8 @@ def try_networks(choice: NetworkChoice) -> None:
             try_network(Path(chosen))
 
 
-@lru_cache(maxsize=2)
 def load_models(choice: NetworkChoice) -> Models:
-    """Open what a project has chosen, once a process.
+    """Open what a project has chosen, once a process unless a network's file changes.
 
     Raises:
         NetworkError: a card or its network can't be used.
@@ -86,6 +85,14 @@ def load_models(choice: NetworkChoice) -> Models:
     """
     if choice == NONE:
         return Models()
+    from asbuilt_bim.vision.networks.files import network_stamp
+
+    cards = [chosen for chosen in (choice.segment, choice.depth, choice.stereo) if not chosen.startswith(PREFIX)]
+    return _opened(choice, tuple(network_stamp(Path(card)) for card in cards if card))
+
+
+@lru_cache(maxsize=2)
+def _opened(choice: NetworkChoice, stamps: tuple[object, ...]) -> Models:
     from asbuilt_bim.vision.networks.kinds import NetworkDepth, NetworkMatcher, NetworkSegmenter, load
 
     segmenter: Segmenter | None = None

@@ -10,6 +10,7 @@ from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.scale.apart import LIMITS_VARIABLE, Ended, Limits, run_apart
 from asbuilt_bim.vision.networks.bundled import models_folder
 from asbuilt_bim.vision.networks.card import model_path, read_card
+from asbuilt_bim.vision.networks.files import Stamp, network_stamp
 from asbuilt_bim.vision.networks.geometry_input import CHANNELS
 from asbuilt_bim.vision.networks.session import RUN_S, open_network
 
@@ -23,14 +24,13 @@ def try_network(card_path: Path) -> None:
     What else is wrong with it is said where it is opened, or of the station that it fails on.
 
     Raises:
-        NetworkError: the card can't be used, or the network crashed, took too long or too much memory.
+        NetworkError: the card or the file can't be used, or the network crashed, took too long or too much memory.
     """
     path = card_path.resolve()
     if path.parent == models_folder().resolve():
         return
     model = model_path(read_card(path), path)
-    changed = tuple(one.stat().st_mtime_ns for one in (path, model) if one.exists())
-    ended = _tried(path, changed)
+    ended = _tried(path, network_stamp(path))
     if ended is None:
         return
     if ended.why == "died":
@@ -42,7 +42,7 @@ def try_network(card_path: Path) -> None:
 
 
 @lru_cache(maxsize=6)
-def _tried(card_path: Path, changed_ns: tuple[int, ...]) -> Ended | None:
+def _tried(card_path: Path, stamp: Stamp) -> Ended | None:
     return run_apart(_run_once, card_path, limits=_LIMITS.raised())
 
 

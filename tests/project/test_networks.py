@@ -87,6 +87,22 @@ def test_a_changed_network_is_another_one_to_the_cache(tmp_path: Path) -> None:
     assert before != after
 
 
+def test_a_network_trained_again_is_another_one_where_only_the_data_beside_it_changed(tmp_path: Path) -> None:
+    path, data = (
+        graphs.card(tmp_path, graphs.scaled_beside(tmp_path, "tiny.onnx.data"), "inverse-depth"),
+        "tiny.onnx.data",
+    )
+    choice = NetworkChoice(depth=str(path))
+    seen = []
+    for factor in (1.0, 3.0):
+        (tmp_path / data).write_bytes(np.float32(factor).tobytes())
+        depth = load_models(choice).relative_depth
+        assert depth is not None
+        seen.append((identities(choice)["tiny"], float(depth.estimate(np.full((48, 64, 3), 51, np.uint8)).mean())))
+    assert seen[0][0] != seen[1][0], "the cache and the result would take one for the other"
+    assert [value for _, value in seen] == pytest.approx([0.2, 0.6], abs=1e-3)
+
+
 def test_a_station_measured_with_a_network_says_who_found_its_faces(tmp_path: Path) -> None:
     path = graphs.card(tmp_path, wall_everywhere(), "semantic", activation="softmax")
     choice = NetworkChoice(segment=str(path))

@@ -1,6 +1,5 @@
 """Networks in the places that the flow has for them: a second opinion on instances, relative depth, dense stereo."""
 
-import hashlib
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -17,6 +16,7 @@ from asbuilt_bim.vision.masks.refinement import COARSE_SHARE
 from asbuilt_bim.vision.masks.segment import Instance, InstanceSource
 from asbuilt_bim.vision.networks.card import Meaning, NetworkCard, Task, model_path, read_card
 from asbuilt_bim.vision.networks.detection import Sighting
+from asbuilt_bim.vision.networks.files import Stamp, network_stamp
 from asbuilt_bim.vision.networks.geometry_input import NEAR_M, geometry_of_pair, no_geometry
 from asbuilt_bim.vision.networks.layouts import read_sightings
 from asbuilt_bim.vision.networks.map_geometry import Relief
@@ -41,13 +41,12 @@ class LoadedNetwork:
 
 
 def load(card_path: Path, task: Task) -> LoadedNetwork:
-    """Load a card's network, once a process; its task must be the one that is asked for.
+    """Load a card's network, once a process unless a file of it changes; its task must be the one that is asked for.
 
     Raises:
         NetworkError: the card or the network can't be used, or is for something else.
     """
-    path = card_path.resolve()
-    loaded = _loaded(path, path.stat().st_mtime_ns if path.exists() else 0)
+    loaded = _loaded(card_path.resolve(), network_stamp(card_path))
     if loaded.card.task != task:
         raise NetworkError(
             f"network card {card_path}: layout {loaded.card.layout} is for {loaded.card.task}, it is named for {task}"
@@ -56,22 +55,9 @@ def load(card_path: Path, task: Task) -> LoadedNetwork:
 
 
 @lru_cache(maxsize=6)
-def _loaded(card_path: Path, changed_ns: int) -> LoadedNetwork:
+def _loaded(card_path: Path, stamp: Stamp) -> LoadedNetwork:
     card = read_card(card_path)
     return LoadedNetwork(card=card, network=open_network(card, model_path(card, card_path)))
-
-
-def network_digest(card_path: Path) -> str:
-    """Return the SHA-256 of a card and its ONNX file together.
-
-    Raises:
-        NetworkError: the card can't be used.
-    """
-    card = read_card(card_path)  # what can't be read is refused by it
-    digest = hashlib.sha256(card_path.read_bytes())
-    with model_path(card, card_path).open("rb") as file:
-        digest.update(hashlib.file_digest(file, "sha256").digest())
-    return digest.hexdigest()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -37,6 +37,15 @@ def check_onnx_file(path: Path) -> None:
     Raises:
         NetworkError: it is too large, empty, no ONNX model, or names files outside its folder.
     """
+    data_files(path)
+
+
+def data_files(path: Path) -> tuple[Path, ...]:
+    """Return the files beside an ONNX model that hold its data, by name; none where it holds all itself.
+
+    Raises:
+        NetworkError: it is too large, empty, no ONNX model, or names files outside its folder.
+    """
     size = path.stat().st_size
     if not 16 <= size <= MAX_BYTES:
         raise NetworkError(
@@ -50,10 +59,11 @@ def check_onnx_file(path: Path) -> None:
             raise NetworkError(f"network {path}: is no ONNX file, or a damaged one; export it again") from problem
     if 7 not in fields:
         raise NetworkError(f"network {path}: is no ONNX file (no graph in it); export it again")
-    data_files = {_beside(path, place) for place in places}
-    total = size + sum(file.stat().st_size for file in data_files)
+    beside = sorted({_beside(path, place) for place in places})
+    total = size + sum(file.stat().st_size for file in beside)
     if total > MAX_BYTES:
         raise NetworkError(f"network {path}: {total} bytes with its data exceed {MAX_BYTES}; use a smaller network")
+    return tuple(beside)
 
 
 def _beside(path: Path, place: str) -> Path:

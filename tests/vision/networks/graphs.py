@@ -54,6 +54,18 @@ def echo(channels: int = 1) -> ModelProto:
     return model([node], [info], ends, ["image"])
 
 
+def scaled_beside(folder: Path, data: str) -> ModelProto:
+    """A network that gives its input's first channel times a number that lies in a file of its own."""
+    (folder / data).write_bytes(np.float32(1.0).tobytes())
+    factor = TensorProto(name="factor", data_type=TensorProto.FLOAT, dims=[1], data_location=TensorProto.EXTERNAL)
+    factor.external_data.add(key="location", value=data)
+    made = echo()
+    made.graph.node[0].output[0] = "first"
+    made.graph.node.append(helper.make_node("Mul", ["first", "factor"], ["depth"]))
+    made.graph.initializer.append(factor)
+    return made
+
+
 def card(folder: Path, graph: ModelProto | bytes, layout: str, **keys: Any) -> Path:
     """Write a graph and its card; return the card's path."""
     data = graph if isinstance(graph, bytes) else graph.SerializeToString()

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.errors import PluginError
+from asbuilt_bim.project import networks
 from asbuilt_bim.project.networks import NetworkChoice, identities, load_models
 from asbuilt_bim.vision.masks.segment import Instance, InstanceSource
 from asbuilt_bim.vision.networks.interface_check import CheckedDepth, CheckedSegmenter
@@ -92,4 +93,4 @@ def test_a_project_runs_the_example_packages_segmenter_and_depth() -> None:
     depth = chosen.relative_depth.estimate(pair().left)
     assert (depth[-1] > depth[0]).all()
     assert identities(choice)["plugin:example-halves"] == "asbuilt-bim-example 1.2.0: example-halves"
-    load_models.cache_clear()
+    networks._opened.cache_clear()
