@@ -21,8 +21,7 @@ from asbuilt_bim.storage.regular_file import path_of
 from asbuilt_bim.vision.masks.file import read_masks
 from asbuilt_bim.vision.masks.given import GivenMasks
 from asbuilt_bim.vision.masks.segment import InstanceClass
-from asbuilt_bim.vision.networks.bundled import BUNDLED, bundled_card
-from asbuilt_bim.vision.networks.card import Task
+from asbuilt_bim.vision.networks.bundled import BUNDLED
 
 DIAMETERS_M = 0.05, 2.0  # of red discs, as project files and the command line have them
 
@@ -66,7 +65,7 @@ def measure_pair(
     photos = _photos(left, None if right is None else path_of(right, "right"))
     reading = made or _read(rig, tuple(rig_cameras), photos)
     rig = reading.rig
-    choice = NetworkChoice(segment=_network(segment_network, "segment"), depth=_network(depth_network, "depth"))
+    choice = NetworkChoice(segment=_network(segment_network), depth=_network(depth_network))
     try_networks(choice)
     models = load_models(choice)
     left_out: tuple[str, ...] = ()
@@ -125,9 +124,7 @@ def _photo(path: Path) -> Photo:
     return replace(read_photo(path), name=path.name)
 
 
-def _network(named: Path | str, task: Task) -> str:
-    """Return a card's absolute path, also of a shipped network, or `plugin:NAME` as it is."""
+def _network(named: Path | str) -> str:
+    """Return a card's absolute path, or `bundled` and `plugin:NAME` as they are."""
     text = str(named)
-    if text == BUNDLED:
-        return str(bundled_card(task))
-    return text if not text or text.startswith(PREFIX) else str(Path(text).absolute())
+    return text if text in ("", BUNDLED) or text.startswith(PREFIX) else str(Path(text).absolute())

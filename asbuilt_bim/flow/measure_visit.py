@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import date
+from functools import partial
 from typing import Protocol
 
 import cv2
@@ -25,7 +26,7 @@ from asbuilt_bim.measure.station import (
 from asbuilt_bim.progress.report import RigRecord
 from asbuilt_bim.project.check import a_day_off, of_its_day, of_other_day, of_other_days, other_days
 from asbuilt_bim.project.model import Project, Station, Visit
-from asbuilt_bim.project.networks import NONE, NetworkChoice, identities, load_models
+from asbuilt_bim.project.networks import NONE, NetworkChoice, identities, identity_with, load_models
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.rig_lengths import KnownLengths
 from asbuilt_bim.scale.apart import Limits
@@ -209,7 +210,10 @@ def _measured(
 
     progress(step, 0, len(stations))
     at_most = _STATION.raised().seconds
-    for done in run_jobs(measure_job, jobs(), workers=place.workers, scheduler=place.scheduler, limit_s=at_most):
+    alike = partial(identity_with, project.networks)
+    for done in run_jobs(
+        measure_job, jobs(), workers=place.workers, scheduler=place.scheduler, limit_s=at_most, identity=alike
+    ):
         name = done.job.photos.name
         if isinstance(done.result, WorkerLoss):
             note(name, lost_station(name, done.result))

@@ -7,15 +7,22 @@ from typing import cast
 
 from asbuilt_bim.measure.station import Models
 from asbuilt_bim.project.trial import try_network
+from asbuilt_bim.scale.fingerprint import measuring_identity
 from asbuilt_bim.storage.plugins import PREFIX, PluginGroup, find
 from asbuilt_bim.vision.masks.segment import Segmenter
+from asbuilt_bim.vision.networks.bundled import BUNDLED, bundled_card
+from asbuilt_bim.vision.networks.card import Task, read_card
+from asbuilt_bim.vision.networks.files import Stamp, network_digest, network_stamp
 from asbuilt_bim.vision.networks.interface_check import CheckedDepth, CheckedSegmenter
 from asbuilt_bim.vision.stereo.depth import RelativeDepth
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NetworkChoice:
-    """What stands under `networks` in a project file: a card's absolute path, `plugin:NAME`, or "" for none."""
+    """What stands under `networks` in a project file: a card's absolute path, `bundled`, `plugin:NAME`, "" for none.
+
+    `bundled` stays so: a worker on another machine has the shipped network in another place.
+    """
 
     segment: str = ""
     depth: str = ""
@@ -23,6 +30,8 @@ class NetworkChoice:
 
 
 NONE = NetworkChoice()
+Stamps = tuple[Stamp, ...]
+_GROUPS = {"segment": PluginGroup.SEGMENTERS, "depth": PluginGroup.DEPTH_NETWORKS}
 
 
 def identities(choice: NetworkChoice) -> dict[str, str]:
@@ -34,22 +43,50 @@ def identities(choice: NetworkChoice) -> dict[str, str]:
     """
     if choice == NONE:
         return {}
-    from asbuilt_bim.vision.networks.card import read_card
-    from asbuilt_bim.vision.networks.files import network_digest
-
     try_networks(choice)
     load_models(choice)  # opens all of them: errors come before a station is measured
+    return dict(_named(choice, _stamps(choice)))
+
+
+def identity_with(choice: NetworkChoice) -> dict[str, str]:
+    """Return what two machines must have alike to measure alike: code and libraries, and what is chosen.
+
+    Raises:
+        NetworkError: a card or its network can't be used.
+        PluginError: a plugin can't be found or made.
+    """
+    named = _named(choice, _stamps(choice))
+    shown = {name: one if name.startswith(PREFIX) else one[:12] for name, one in named.items()}
+    return measuring_identity() | {f"the network {name}": one for name, one in shown.items()}
+
+
+@lru_cache(maxsize=2)
+def _named(choice: NetworkChoice, stamps: Stamps) -> dict[str, str]:
     named: dict[str, str] = {}
-    for chosen, group in (
-        (choice.segment, PluginGroup.SEGMENTERS),
-        (choice.depth, PluginGroup.DEPTH_NETWORKS),
-        (choice.stereo, None),
-    ):
-        if chosen.startswith(PREFIX) and group is not None:
-            named[chosen] = find(group, chosen).identity
-        elif chosen:
-            named[read_card(Path(chosen)).name] = network_digest(Path(chosen))
+    for task, chosen in _chosen(choice):
+        if chosen.startswith(PREFIX):
+            named[chosen] = find(_GROUPS[task], chosen).identity
+        else:
+            card = _card(chosen, task)
+            named[read_card(card).name] = network_digest(card)
     return named
+
+
+def _chosen(choice: NetworkChoice) -> list[tuple[Task, str]]:
+    tasks: list[tuple[Task, str]] = [("segment", choice.segment), ("depth", choice.depth), ("stereo", choice.stereo)]
+    return [(task, chosen) for task, chosen in tasks if chosen]
+
+
+def _card(chosen: str, task: Task) -> Path:
+    return bundled_card(task) if chosen == BUNDLED else Path(chosen)
+
+
+def _cards(choice: NetworkChoice) -> list[Path]:
+    return [_card(chosen, task) for task, chosen in _chosen(choice) if not chosen.startswith(PREFIX)]
+
+
+def _stamps(choice: NetworkChoice) -> Stamps:
+    return tuple(network_stamp(card) for card in _cards(choice))
 
 
 def people_sought(choice: NetworkChoice) -> bool:
@@ -60,9 +97,7 @@ def people_sought(choice: NetworkChoice) -> bool:
     """
     if not choice.segment or choice.segment.startswith(PREFIX):
         return False
-    from asbuilt_bim.vision.networks.card import read_card
-
-    return any(one.blur for one in read_card(Path(choice.segment)).classes)
+    return any(one.blur for one in read_card(_card(choice.segment, "segment")).classes)
 
 
 def try_networks(choice: NetworkChoice) -> None:
@@ -71,9 +106,8 @@ def try_networks(choice: NetworkChoice) -> None:
     Raises:
         NetworkError: one can't be read, crashed, took too long or too much memory.
     """
-    for chosen in (choice.segment, choice.depth, choice.stereo):
-        if chosen and not chosen.startswith(PREFIX):
-            try_network(Path(chosen))
+    for card in _cards(choice):
+        try_network(card)
 
 
 def load_models(choice: NetworkChoice) -> Models:
@@ -85,14 +119,11 @@ def load_models(choice: NetworkChoice) -> Models:
     """
     if choice == NONE:
         return Models()
-    from asbuilt_bim.vision.networks.files import network_stamp
-
-    cards = [chosen for chosen in (choice.segment, choice.depth, choice.stereo) if not chosen.startswith(PREFIX)]
-    return _opened(choice, tuple(network_stamp(Path(card)) for card in cards if card))
+    return _opened(choice, _stamps(choice))
 
 
 @lru_cache(maxsize=2)
-def _opened(choice: NetworkChoice, stamps: tuple[object, ...]) -> Models:
+def _opened(choice: NetworkChoice, stamps: Stamps) -> Models:
     from asbuilt_bim.vision.networks.kinds import NetworkDepth, NetworkMatcher, NetworkSegmenter, load
 
     segmenter: Segmenter | None = None
@@ -100,12 +131,12 @@ def _opened(choice: NetworkChoice, stamps: tuple[object, ...]) -> Models:
         plugin = find(PluginGroup.SEGMENTERS, choice.segment)
         segmenter = CheckedSegmenter(name=plugin.name, who=plugin.who, inner=cast(Segmenter, plugin.made))
     elif choice.segment:
-        segmenter = NetworkSegmenter(loaded=load(Path(choice.segment), "segment"))
+        segmenter = NetworkSegmenter(loaded=load(_card(choice.segment, "segment"), "segment"))
     depth: RelativeDepth | None = None
     if choice.depth.startswith(PREFIX):
         plugin = find(PluginGroup.DEPTH_NETWORKS, choice.depth)
         depth = CheckedDepth(name=plugin.name, who=plugin.who, inner=cast(RelativeDepth, plugin.made))
     elif choice.depth:
-        depth = NetworkDepth(loaded=load(Path(choice.depth), "depth"))
-    matcher = NetworkMatcher(loaded=load(Path(choice.stereo), "stereo")) if choice.stereo else None
+        depth = NetworkDepth(loaded=load(_card(choice.depth, "depth"), "depth"))
+    matcher = NetworkMatcher(loaded=load(_card(choice.stereo, "stereo"), "stereo")) if choice.stereo else None
     return Models(opinion=segmenter, relative_depth=depth, matcher=matcher)

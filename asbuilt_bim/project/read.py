@@ -237,10 +237,10 @@ def _networks(written: NetworksFile, options: Options, checker: PathChecker) -> 
             return text or ""
         if text == BUNDLED:
             try:
-                return str(bundled_card(key))
+                bundled_card(key)
             except NetworkError as problem:
                 checker.problems.add(f"networks.{key}", str(problem))
-                return ""
+            return text
         return str(checker.file(text, f"networks.{key}"))
 
     named = "named" if written.depth else None

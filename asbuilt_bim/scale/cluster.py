@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from asbuilt_bim.errors import MissingExtraError, OptionError, OutputError
+from asbuilt_bim.errors import AsBuiltError, MissingExtraError, OptionError, OutputError
 from asbuilt_bim.scale.fingerprint import measuring_identity
 
 Job = TypeVar("Job")
@@ -65,23 +65,27 @@ class Cluster:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SameCode(Generic[Job, Result]):
-    """Work that a worker does only with the code and libraries of the machine that sent it: results are kept here."""
+    """Work that a worker does only with what measures on the machine that sent it: results are kept here."""
 
     work: Callable[[Job], Result]
     identity: dict[str, str]
+    own: Callable[[], dict[str, str]] = measuring_identity
 
     def __call__(self, job: Job) -> Result:
         """Do the work.
 
         Raises:
-            OutputError: this worker has other code, or other libraries.
+            OutputError: this worker has other code, libraries or networks.
         """
-        own = measuring_identity()
+        try:
+            own = self.own()
+        except AsBuiltError as problem:
+            raise OutputError(f"a Dask worker lacks what this machine has: {problem}") from problem
         if other := [name for name, value in self.identity.items() if own.get(name) != value]:
             name = other[0]
             raise OutputError(
                 f"a Dask worker has {name} {own.get(name, 'of none')}, this machine has {self.identity[name]}; install "
-                "the same asbuilt-bim and libraries on all of them"
+                "the same asbuilt-bim and libraries on all of them, and copy your networks to each"
             )
         return self.work(job)
 

@@ -53,13 +53,14 @@ def run_jobs(
     workers: int = 0,
     scheduler: Scheduler | None = None,
     limit_s: float | None = None,
+    identity: Callable[[], dict[str, str]] = measuring_identity,
 ) -> Iterator[Done[Job, Result]]:
     """Yield each job with its result as it is done, in no promised order.
 
     `workers` 0 is one per processor, 1 is this process without a pool; `scheduler` is a Dask scheduler to use instead.
     Jobs are drawn from the iterable only as workers are free, so that photos aren't all in memory at once. `work`
     must be importable by name. What `work` raises is raised here. A job of a pool here that takes longer than
-    `limit_s` is ended; one in this process or on a cluster is not.
+    `limit_s` is ended; one in this process or on a cluster is not. A cluster's workers must say the same `identity`.
 
     Raises:
         OptionError: the scheduler's address can't be used.
@@ -68,7 +69,7 @@ def run_jobs(
     """
     if scheduler is not None:
         with cluster(scheduler) as found:
-            same = SameCode(work=work, identity=measuring_identity())
+            same = SameCode(work=work, identity=identity(), own=identity)
             yield from _drain(found.executor, same, iter(jobs), 2 * found.size, [], found)
         return
     workers = workers or processors()

@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.codes import Reason
-from asbuilt_bim.errors import NetworkError, PluginError, ProjectError
-from asbuilt_bim.flow.measure_visit import StationJob, measure_job
+from asbuilt_bim.errors import NetworkError, OutputError, PluginError, ProjectError
+from asbuilt_bim.flow import measure_visit
+from asbuilt_bim.flow.measure_visit import StationJob, Workplace, measure_job
 from asbuilt_bim.measure.station import StationMeasurement, measure_station
 from asbuilt_bim.project.networks import NetworkChoice, identities, load_models
 from asbuilt_bim.project.read import read_project
+from asbuilt_bim.scale.cluster import SameCode
 from asbuilt_bim.vision.masks.segment import InstanceSource
 from asbuilt_bim.vision.networks import bundled
 from tests.measure.box_world import site
@@ -67,7 +69,7 @@ def test_bundled_names_the_networks_that_are_shipped(tmp_path: Path, monkeypatch
     for name in ("concrete", "depth"):
         (shipped / f"{name}.yaml").touch()
     chosen = read_project(written).networks
-    assert chosen == NetworkChoice(segment=str(shipped / "concrete.yaml"), depth=str(shipped / "depth.yaml"))
+    assert chosen == NetworkChoice(segment="bundled", depth="bundled"), "a worker has them in another place"
     with pytest.raises(ProjectError, match="no network for stereo is shipped"):
         read_project(write_project(tmp_path, plain() | {"networks": {"stereo": "bundled"}}))
 
@@ -101,6 +103,27 @@ def test_a_network_trained_again_is_another_one_where_only_the_data_beside_it_ch
         seen.append((identities(choice)["tiny"], float(depth.estimate(np.full((48, 64, 3), 51, np.uint8)).mean())))
     assert seen[0][0] != seen[1][0], "the cache and the result would take one for the other"
     assert [value for _, value in seen] == pytest.approx([0.2, 0.6], abs=1e-3)
+
+
+def test_a_cluster_measures_only_with_the_network_of_the_machine_that_sent_the_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = graphs.card(tmp_path, wall_everywhere(), "semantic")
+    sent: list[dict[str, Any]] = []
+    monkeypatch.setattr(measure_visit, "run_jobs", lambda *_, **asked: sent.append(asked) or iter(()))
+    project = replace(read_project(write_project(tmp_path, plain())), networks=NetworkChoice(segment=str(path)))
+    measure_visit.measure_stations([], "measure", project, rig_of(site()[1]), Workplace(), lambda *_: None)
+    here = sent[0]["identity"]
+    work = SameCode(work=abs, identity=here(), own=here)
+    assert work(-3) == 3
+    graphs.card(tmp_path, graphs.echo(3), "semantic")  # an older one, as a worker may still have it
+    with pytest.raises(
+        OutputError, match=r"a Dask worker has the network tiny .*, this machine has .*copy your networks"
+    ):
+        work(-3)
+    path.unlink()
+    with pytest.raises(OutputError, match=r"a Dask worker lacks what this machine has: network card .*card\.yaml"):
+        work(-3)
 
 
 def test_a_station_measured_with_a_network_says_who_found_its_faces(tmp_path: Path) -> None:
