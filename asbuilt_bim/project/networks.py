@@ -5,6 +5,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import cast
 
+from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.measure.station import Models
 from asbuilt_bim.project.trial import try_network
 from asbuilt_bim.scale.fingerprint import measuring_identity
@@ -68,7 +69,12 @@ def _named(choice: NetworkChoice, stamps: Stamps) -> dict[str, str]:
             named[chosen] = find(_GROUPS[task], chosen).identity
         else:
             card = _card(chosen, task)
-            named[read_card(card).name] = network_digest(card)
+            name = read_card(card).name
+            if name in named:
+                raise NetworkError(
+                    f"network card {card}: another card of the project has the name {name}, too; rename one"
+                )
+            named[name] = network_digest(card)
     return named
 
 

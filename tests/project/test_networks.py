@@ -105,6 +105,17 @@ def test_a_network_trained_again_is_another_one_where_only_the_data_beside_it_ch
     assert [value for _, value in seen] == pytest.approx([0.2, 0.6], abs=1e-3)
 
 
+def test_two_cards_of_one_name_are_refused_since_the_cache_would_see_one_of_them(tmp_path: Path) -> None:
+    for task in ("segment", "depth"):
+        (tmp_path / task).mkdir()
+    choice = NetworkChoice(
+        segment=str(graphs.card(tmp_path / "segment", wall_everywhere(), "semantic")),
+        depth=str(graphs.card(tmp_path / "depth", graphs.echo(), "inverse-depth")),
+    )
+    with pytest.raises(NetworkError, match=r"depth.card\.yaml: another card of the project has the name tiny, too; re"):
+        identities(choice)
+
+
 def test_a_cluster_measures_only_with_the_network_of_the_machine_that_sent_the_work(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
