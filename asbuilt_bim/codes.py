@@ -130,6 +130,7 @@ class Reason(StrEnum):
     DEPTH_FAILED = "depth failed"
     MASK_UNUSED = "mask unused"
     INSTANCE_WITHOUT_SURFACE = "instance without a surface"  # a network sees it, the depth doesn't
+    NETWORK_SAW_NOTHING = "network saw nothing"  # and geometry something
     INSTANCE_WITHOUT_DEPTH = "instance without depth"  # method: paper
     INSTANCE_WITHOUT_FACE = "instance without a face"
     SURFACE_TOO_FAR = "surface too far for the rig"

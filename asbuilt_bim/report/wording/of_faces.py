@@ -113,6 +113,11 @@ FACES: Table = {
         reason="{segmenter} sees a {label} (score {score:.2f}), the depth no upright surface of its size",
         remedy=f"not measured; {_NEARER}",
     ),
+    Reason.NETWORK_SAW_NOTHING: Words(
+        part="network {segmenter}",
+        reason="sees no wall and no column where geometry does; measured as without it",
+        remedy="where the photo shows some, correct classes, input or least_score in its card",
+    ),
     Reason.INSTANCE_WITHOUT_DEPTH: Words(
         reason="{pixels_without} of {pixels} of its boundary's pixels have no depth (depth: {depth})",
         remedy="take another depth: stereo, fused or paper",

@@ -59,6 +59,7 @@ def agree(
     """
     seen = _seen(pair, scene, depth, network)
     others = network.refuted(pair) if isinstance(network, Refuter) else ()
+    knows_concrete = getattr(network, "finds_concrete", True)
     held = _holders(scene, [*(one.mask for one in seen), *others])
     found: list[Instance] = []
     coloured: list[Instance] = []
@@ -79,16 +80,16 @@ def agree(
         if holder is not None:
             spoken.add(holder)
             instance = _refined_mask(instance, seen[holder], pair, scene, taken)
+            instance = replace(instance, source=InstanceSource.BOTH, segmenter=network.name)
+        elif knows_concrete:
+            instance = replace(instance, source=InstanceSource.GEOMETRY_ALONE, score=ALONE * instance.score)
         taken |= instance.mask
-        if holder is not None:
-            found.append(replace(instance, source=InstanceSource.BOTH, segmenter=network.name))
-        elif not getattr(network, "finds_concrete", True):
-            found.append(instance)
-        else:
-            score = ALONE * instance.score
-            found.append(replace(instance, source=InstanceSource.GEOMETRY_ALONE, score=score))
+        found.append(instance)
     found.sort(key=lambda instance: -int(np.count_nonzero(instance.mask)))
     _, notes = of_concretes_colour(coloured, pair.name)
+    if found and not seen and knows_concrete:
+        station = about(SubjectKind.STATION, pair.name)
+        notes = (*notes, rejected(Reason.NETWORK_SAW_NOTHING, station, segmenter=network.name))
     return Agreed(instances=tuple(found), notes=(*_alone(pair, seen, spoken, network.name), *notes))
 
 
@@ -160,8 +161,7 @@ def _alone(pair: RectifiedPair, seen: Sequence[Instance], spoken: set[int], name
     """Name the network's instances that no surface of the scene stands under."""
     notes: list[Rejection] = []
     for number, one in enumerate(seen):
-        size = int(np.count_nonzero(one.mask))
-        if number in spoken or size < LEAST_SEEN_PX:
+        if number in spoken or np.count_nonzero(one.mask) < LEAST_SEEN_PX:
             continue
         x0, y0, x1, y1 = one.box_px
         notes.append(

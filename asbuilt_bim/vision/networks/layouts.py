@@ -18,6 +18,8 @@ from asbuilt_bim.vision.networks.map_geometry import Relief
 from asbuilt_bim.vision.networks.picture import Fit
 
 _ROUNDING = 1e-3  # of a half-precision likelihood
+SHARES = 2.0
+"""What boxes in shares of a picture stay below, also those that reach beyond its border."""
 
 
 def read_sightings(outputs: Outputs, card: NetworkCard, fit: Fit, relief: Relief | None = None) -> list[Sighting]:
@@ -48,7 +50,9 @@ def _mask_rcnn(outputs: Outputs, card: NetworkCard, fit: Fit) -> list[Sighting]:
         raise wrong_shapes(card, outputs, "boxes (N, 4), labels (N,), scores (N,), masks (N, 1, h, w)")
     pasted = masks.shape[1:] == (fit.input_size[1], fit.input_size[0])
     found: list[Sighting] = []
-    for k in _chosen(scores, labels, card):
+    chosen = _chosen(scores, labels, card)
+    _refuse_shares(boxes[chosen], card)
+    for k in chosen:
         if pasted:
             mask = fit.to_photo(masks[k].astype(np.float32), 1.0, 1.0) > 0.5
         else:
@@ -63,17 +67,19 @@ def _yolo(outputs: Outputs, card: NetworkCard, fit: Fit) -> list[Sighting]:
     Reference: Bolya et al. 2019, YOLACT (masks from prototypes), in the layout that Ultralytics exports.
     """
     predictions, prototypes = outputs["predictions"], outputs["prototypes"]
+    wanted = "predictions (1, 4 + classes + m, N) without NMS, prototypes (1, m, h, w)"
     if predictions.ndim != 3 or prototypes.ndim != 4 or len(predictions) != 1 or len(prototypes) != 1:
-        raise wrong_shapes(card, outputs, "predictions (1, 4 + classes + m, N), prototypes (1, m, h, w)")
+        raise wrong_shapes(card, outputs, wanted)
     table, planes = predictions[0].T, prototypes[0]
     classes = table.shape[1] - 4 - len(planes)
-    if classes < 1:
-        raise wrong_shapes(card, outputs, "predictions (1, 4 + classes + m, N), prototypes (1, m, h, w)")
+    if classes < 1 or table.shape[1] > len(table):  # there are thousands of places: these lie turned
+        raise wrong_shapes(card, outputs, wanted)
     refuse_unknown_ids(card, classes)
     scores, numbers = table[:, 4 : 4 + classes].max(axis=1), table[:, 4 : 4 + classes].argmax(axis=1)
     half = 0.5 * table[:, 2:4]
     boxes = np.concatenate([table[:, :2] - half, table[:, :2] + half], axis=1)
     known = _chosen(scores, numbers, card)
+    _refuse_shares(boxes[known], card)
     kept = _without_doubles(boxes, scores, numbers, known, card.most_overlap)
     step = (fit.input_size[0] / planes.shape[2], fit.input_size[1] / planes.shape[1])
     found: list[Sighting] = []
@@ -112,7 +118,7 @@ def _semantic(outputs: Outputs, card: NetworkCard, fit: Fit) -> list[Sighting]:
     Each class gives one sighting over all its pixels, its score the mean likelihood there.
     """
     logits = outputs["logits"]
-    if logits.ndim != 4 or len(logits) != 1 or logits.shape[1] < 2:
+    if logits.ndim != 4 or len(logits) != 1 or logits.shape[1] < 2 or _stretched(logits.shape, fit):
         raise wrong_shapes(card, outputs, "logits (1, C, h, w) with two classes or more")
     refuse_unknown_ids(card, logits.shape[1])
     step = (fit.input_size[0] / logits.shape[3], fit.input_size[1] / logits.shape[2])
@@ -127,6 +133,12 @@ def _semantic(outputs: Outputs, card: NetworkCard, fit: Fit) -> list[Sighting]:
         if score >= card.least_score:
             found.append(Sighting(number=number, score=score, mask=mask))
     return found
+
+
+def _stretched(shape: tuple[int, ...], fit: Fit) -> bool:
+    """Say whether a map (1, C, h, w) isn't of its input's proportions: its classes come last, and w is their number."""
+    across, down = fit.input_size[0] / shape[3], fit.input_size[1] / shape[2]
+    return max(across, down) > 2.0 * min(across, down)
 
 
 _READERS: dict[str, Callable[[Outputs, NetworkCard, Fit], list[Sighting]]] = {
@@ -150,6 +162,19 @@ def _chosen(scores: NDArray[np.float64], numbers: NDArray[np.generic], card: Net
         )
     order = np.argsort(-scores, kind="stable")
     return [int(k) for k in order if scores[k] >= card.least_score and card.meaning(int(numbers[k])) is not None]
+
+
+def _refuse_shares(boxes: NDArray[np.float64], card: NetworkCard) -> None:
+    """Refuse boxes (N, 4) that all lie in the picture's first pixels: they are shares of its sides.
+
+    Raises:
+        NetworkError: they do.
+    """
+    if boxes.size and np.abs(boxes).max() <= SHARES:
+        raise NetworkError(
+            f"network {card.name}: its boxes run to {np.abs(boxes).max():.3g} on an input of {card.input.width_px} x "
+            f"{card.input.height_px} px, as shares of it do; export them in pixels of the input"
+        )
 
 
 def _without_doubles(

@@ -103,6 +103,15 @@ def test_what_the_network_misses_stays_and_says_so(pair: RectifiedPair, scene: S
     assert [i.score for i in found.instances] == [0.5 * i.score for i in alone], "one opinion of two"
 
 
+def test_a_network_that_sees_nothing_where_geometry_sees_walls_is_told_for_its_card_may_be_wrong(
+    pair: RectifiedPair, scene: Scene, alone: list[Instance]
+) -> None:
+    (note,) = both(pair, scene, FakeNetwork()).notes
+    assert (note.code, note.subject.at_station) == (Reason.NETWORK_SAW_NOTHING, pair.name)
+    assert "network fake" in words_of(note).what and "least_score" in words_of(note).remedy
+    assert both(pair, scene, FakeNetwork([said(mask_at(alone, WALL), "wall")])).notes == ()
+
+
 def test_a_slender_things_class_is_the_networks_a_wide_or_round_ones_is_its_size(
     pair: RectifiedPair, scene: Scene, alone: list[Instance]
 ) -> None:
@@ -190,7 +199,9 @@ def test_a_network_that_knows_no_concrete_rejects_and_leaves_the_rest_to_geometr
     class Rejecting(FakeNetwork):
         finds_concrete = False
 
-    found = both(pair, scene, Rejecting(others=(mask_at(alone, WALL),))).instances
+    agreed = both(pair, scene, Rejecting(others=(mask_at(alone, WALL),)))
+    found = agreed.instances
+    assert agreed.notes == (), "it isn't told that it sees no wall: it knows none"
     rest = [one for one in alone if not one.mask[WALL]]
     assert at(found, WALL) is None and len(rest) == len(alone) - 1
     assert [(i.label, i.source, i.score) for i in found] == [(i.label, i.source, i.score) for i in rest]
@@ -201,7 +212,8 @@ def test_a_wall_that_the_network_sees_on_what_stereo_measures_as_level_is_no_wal
 ) -> None:
     floor = (scene.labels >= len(scene.pieces)) & (scene.labels < scene.bars_label)
     assert np.count_nonzero(floor) > 20_000
-    assert both(pair, scene, FakeNetwork([said(floor, "wall")])).notes == (), "level ground isn't noted as concrete"
+    notes = both(pair, scene, FakeNetwork([said(floor, "wall")])).notes
+    assert [note.code for note in notes] == [Reason.NETWORK_SAW_NOTHING], "level ground isn't noted as concrete"
     over = mask_at(alone, WALL) | floor
     wall = at(both(pair, scene, FakeNetwork([said(over, "wall")])).instances, WALL)
     assert wall is not None and wall.source is InstanceSource.BOTH

@@ -61,7 +61,7 @@ def test_mask_rcnn_as_detectron_exports_it_lays_each_mask_into_its_box(tmp_path:
 
 def test_yolo_seg_mixes_its_prototypes_and_cuts_at_the_box(tmp_path: Path) -> None:
     prototypes = np.stack([np.ones((12, 16)), np.linspace(-1.0, 1.0, 16)[None, :].repeat(12, 0)]).astype(np.float32)
-    predictions = np.zeros((1, 4 + 3 + 2, 3), np.float32)
+    predictions = np.zeros((1, 4 + 3 + 2, 20), np.float32)
     predictions[0, :4, 0], predictions[0, 4:7, 0], predictions[0, 7:, 0] = (24, 24, 16, 32), (0.1, 0.9, 0.1), (1, 0)
     predictions[0, :4, 1], predictions[0, 4:7, 1], predictions[0, 7:, 1] = (25, 24, 16, 32), (0.1, 0.7, 0.1), (1, 0)
     predictions[0, :4, 2], predictions[0, 4:7, 2], predictions[0, 7:, 2] = (48, 24, 32, 48), (0.1, 0.1, 0.8), (0, 1)

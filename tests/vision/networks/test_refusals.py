@@ -212,7 +212,7 @@ def test_scores_that_are_no_likelihoods_are_refused(tmp_path: Path, layout: str)
             "boxes": np.array([[16, 8, 32, 40]], np.float32), "labels": np.array([1], np.int64),
             "scores": np.array([4.2], np.float32), "masks": np.ones((1, 1, 28, 28), np.float32),
         },
-        "yolo-seg": {"p": np.full((1, 39, 1), 4.2, np.float32), "q": np.ones((1, 32, 12, 16), np.float32)},
+        "yolo-seg": {"p": np.full((1, 39, 80), 4.2, np.float32), "q": np.ones((1, 32, 12, 16), np.float32)},
     }  # fmt: skip
     message = refused(graphs.card(tmp_path, graphs.constant(answers[layout]), layout))
     assert "its scores run from 4.2 to 4.2, and a score is 0 to 1" in message
@@ -231,7 +231,7 @@ def test_offsets_beyond_all_bounds_are_refused(tmp_path: Path) -> None:
         ("semantic", {"logits": LOGITS}, 3),
         ("centres", {"logits": LOGITS[..., ::2, ::2], "offsets": np.zeros((1, 2, 24, 32), np.float32)}, 3),
         ("query", {"logits": np.zeros((1, 5, 4), np.float32), "masks": np.zeros((1, 5, 12, 16), np.float32)}, 4),
-        ("yolo-seg", {"p": np.zeros((1, 39, 9), np.float32), "q": np.zeros((1, 32, 12, 16), np.float32)}, 3),
+        ("yolo-seg", {"p": np.zeros((1, 39, 80), np.float32), "q": np.zeros((1, 32, 12, 16), np.float32)}, 3),
     ],
 )
 def test_a_class_that_the_network_has_no_output_for_is_refused_with_both_numbers(
@@ -266,3 +266,33 @@ def test_too_few_outputs_are_refused_with_those_that_there_are(tmp_path: Path) -
 def test_an_output_named_in_the_card_must_be_there(tmp_path: Path) -> None:
     path = graphs.card(tmp_path, graphs.constant({"p": LOGITS}), "semantic", outputs={"logits": "q"})
     assert "the file gives p" in refused(path)
+
+
+def _yolo(boxes: np.ndarray) -> dict[str, np.ndarray]:
+    """Return a wall of full score in each box (N, 4: middle and size), among twenty places."""
+    predictions = np.zeros((1, 4 + 3 + 2, 20), np.float32)
+    predictions[0, :4, : len(boxes)], predictions[0, 5, : len(boxes)], predictions[0, 7, : len(boxes)] = boxes.T, 0.9, 1
+    return {"predictions": predictions, "prototypes": np.ones((1, 2, 12, 16), np.float32)}
+
+
+def test_predictions_that_lie_turned_or_went_through_nms_are_refused(tmp_path: Path) -> None:
+    answer = _yolo(np.array([[24.0, 24.0, 16.0, 32.0]]))
+    turned = answer | {"predictions": np.ascontiguousarray(answer["predictions"].transpose(0, 2, 1))}
+    message = refused(graphs.card(tmp_path, graphs.constant(turned), "yolo-seg"))
+    assert "predictions (1, 20, 9)" in message and "without NMS" in message
+
+
+def test_boxes_in_shares_of_the_picture_are_refused_for_no_mask_would_be_left(tmp_path: Path) -> None:
+    answer = _yolo(np.array([[0.4, 0.5, 0.25, 0.7]]))
+    assert "export them in pixels" in refused(graphs.card(tmp_path, graphs.constant(answer), "yolo-seg"))
+    answer = {
+        "boxes": np.array([[0.25, 0.1, 0.5, 0.8]], np.float32), "labels": np.array([1], np.int64),
+        "scores": np.array([0.9], np.float32), "masks": np.ones((1, 1, 28, 28), np.float32),
+    }  # fmt: skip
+    assert "export them in pixels" in refused(graphs.card(tmp_path, graphs.constant(answer), "mask-rcnn"))
+
+
+def test_a_map_with_its_classes_last_is_refused(tmp_path: Path) -> None:
+    answer = {"logits": np.zeros((1, 48, 64, 3), np.float32)}
+    message = refused(graphs.card(tmp_path, graphs.constant(answer), "semantic"))
+    assert "logits (1, 48, 64, 3)" in message and "(1, C, h, w)" in message
