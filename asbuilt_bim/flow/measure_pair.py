@@ -5,20 +5,22 @@ from dataclasses import replace
 from numbers import Real
 from pathlib import Path
 
+import numpy as np
+
 from asbuilt_bim.camera.photo.read import Photo, read_photo, side_by_side
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_formats.opencv import Foreign
 from asbuilt_bim.camera.rig_formats.reader import RigReading, read_rig_files
 from asbuilt_bim.camera.rig_formats.rig_file import checked_rig
 from asbuilt_bim.codes import Reason, SubjectKind, about
-from asbuilt_bim.errors import MeasureError, OptionError, rejected
+from asbuilt_bim.errors import MaskError, MeasureError, OptionError, rejected
 from asbuilt_bim.measure.pair import PairMeasurement, measure_photos
 from asbuilt_bim.measure.station import MeasureOptions, StationPhotos
 from asbuilt_bim.project.networks import NetworkChoice, load_models, try_networks
 from asbuilt_bim.report.wording.reasons import reason_lines
 from asbuilt_bim.storage.plugins import PREFIX
 from asbuilt_bim.storage.regular_file import path_of
-from asbuilt_bim.vision.masks.file import read_masks
+from asbuilt_bim.vision.masks.file import MaskFile, read_masks
 from asbuilt_bim.vision.masks.given import GivenMasks
 from asbuilt_bim.vision.masks.segment import InstanceClass
 from asbuilt_bim.vision.networks.bundled import BUNDLED
@@ -70,8 +72,7 @@ def measure_pair(
     models = load_models(choice)
     left_out: tuple[str, ...] = ()
     if masks is not None:
-        size = (rig.left.width_px, rig.left.height_px)
-        read = read_masks(path_of(masks, "masks"), size, left.name, mask_classes)
+        read = _masks(path_of(masks, "masks"), rig, left.name, mask_classes)
         given = GivenMasks(photo=rig.left, masks=read.masks)
         models, left_out = replace(models, segmenter=given, opinion=None), read.left_out
     chosen = options or MeasureOptions()
@@ -83,6 +84,22 @@ def measure_pair(
     file = about(SubjectKind.FILE, Path(str(masks)).name)
     unused = [rejected(Reason.MASK_UNUSED, file, detail=text) for text in left_out]
     return replace(found, rejections=(*reading.warnings, *found.rejections, *unused))
+
+
+def _masks(path: Path, rig: StereoRig, photo_name: str, classes: Mapping[int, InstanceClass] | None) -> MaskFile:
+    """Read masks; a polygon beside the photo was clicked on another picture.
+
+    Raises:
+        MaskError: they can't be used.
+    """
+    size = (rig.left.width_px, rig.left.height_px)
+    read = read_masks(path, size, photo_name, classes)
+    for name, ring in ((mask.name, rings[0]) for mask in read.masks for rings in mask.polygons):
+        if (ring.max(axis=0) < -0.5).any() or (ring.min(axis=0) > np.array(size) - 0.5).any():
+            raise MaskError(
+                f"masks {path}: {name} lies beside the photo of {size[0]} x {size[1]} px; masks are of the ORIGINAL one"
+            )
+    return read
 
 
 def _check_diameter(diameter_m: object) -> None:

@@ -19,7 +19,7 @@ from asbuilt_bim.camera.rig_formats.reader import write_rig_as
 from asbuilt_bim.camera.rig_formats.rig_file import write_rig
 from asbuilt_bim.cli import app
 from asbuilt_bim.codes import Reason, SubjectKind, about
-from asbuilt_bim.errors import MeasureError, OptionError, RigError, rejected
+from asbuilt_bim.errors import MaskError, MeasureError, OptionError, RigError, rejected
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.geometry.transform import rotation_from_vector
 from asbuilt_bim.measure.pair import PairMeasurement, dominating
@@ -183,6 +183,21 @@ def test_a_picture_says_of_a_face_that_it_is_not_the_whole(found) -> None:
     face = replace(found.faces[0], cut_by_frame=False, occluded=False, open_edge=False)
     assert face_line(found, face).endswith(" m²")
     assert face_line(found, replace(face, occluded=True, open_edge=True)).endswith(" m² (hidden and open)")
+
+
+@pytest.mark.parametrize("corner", [(800, 30), (0, 601), (-200, 0)])
+def test_a_polygon_beside_the_photo_is_refused_since_it_was_clicked_on_another_picture(
+    folder: Path, tmp_path: Path, corner: tuple[int, int]
+) -> None:
+    height, width = site()[1].left.shape[:2]
+    assert (width, height) == (800, 600)
+    clicks = json.loads((folder / "clicks.json").read_text(encoding="utf-8"))
+    beside = [[corner[0] + x, corner[1] + y] for x, y in ((0, 0), (90, 0), (90, 90))]
+    clicks["polygons"].append({"class": "wall", "points_px": beside})
+    (tmp_path / "clicks.json").write_text(json.dumps(clicks), encoding="utf-8")
+    photos = folder / "left.png", folder / "right.png"
+    with pytest.raises(MaskError, match=r"polygons\[2\] lies beside the photo of 800 x 600 px; masks are of the ORIG"):
+        asbuilt_bim.measure_pair(*photos, folder / "rig.yaml", target=False, masks=tmp_path / "clicks.json")
 
 
 def test_masks_can_be_given_and_one_without_a_surface_is_named(folder: Path) -> None:

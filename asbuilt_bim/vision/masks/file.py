@@ -59,7 +59,7 @@ def read_masks(
     except MaskError as problem:
         raise MaskError(f"masks {path}: {problem}") from problem
     if not found.masks:
-        raise MaskError(f"masks {path}: holds no wall and no column of this photo")
+        raise MaskError("; ".join((f"masks {path}: holds no wall and no column of this photo", *found.left_out)))
     return found
 
 

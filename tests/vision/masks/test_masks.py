@@ -139,7 +139,9 @@ def test_of_several_photos_the_one_with_the_name_counts(tmp_path: Path) -> None:
     document["images"] = [other, *document["images"]]  # type: ignore[misc]
     path = write(tmp_path / "m.json", document)
     assert len(read_masks(path, SIZE, "left.jpg").masks) == 1
-    with pytest.raises(MaskError, match="holds no wall and no column"):
+    document["annotations"] = [{**document["annotations"][0], "image_id": 2, "category_id": 3}]  # type: ignore[index]
+    write(path, document)
+    with pytest.raises(MaskError, match="holds no wall and no column of this photo; 1 masks of 'person', which is no"):
         read_masks(path, SIZE, "other.jpg")
     with pytest.raises(MaskError, match="0 of 2 are named third"):
         read_masks(path, SIZE, "third.jpg")
