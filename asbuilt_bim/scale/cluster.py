@@ -159,15 +159,25 @@ def _security(scheduler: Scheduler, make: Any) -> Any:
     files = {
         "tls_ca_file": scheduler.tls_ca, "tls_client_cert": scheduler.tls_cert, "tls_client_key": scheduler.tls_key
     }  # fmt: skip
-    for name, file in files.items():
+    for option, file in zip(("--tls-ca", "--tls-cert", "--tls-key"), files.values(), strict=True):
         if file and not Path(file).is_file():
-            raise OptionError(f"--scheduler: {name}: there is no file {file}; check the path")
+            raise OptionError(f"{option}: there is no file {file}; check the path")
     security = make(require_encryption=True, **{name: file for name, file in files.items() if file})
     if not security.tls_ca_file or not security.tls_client_cert:
         raise OptionError(
             f"--scheduler {scheduler.address}: tls needs --tls-ca, --tls-cert and --tls-key, or the same in Dask's "
             "configuration (distributed.comm.tls)"
         )
+    try:
+        security.get_connection_args("client")
+    except OSError as problem:  # SSLError is one
+        named = ", ".join(
+            str(file) for file in (security.tls_ca_file, security.tls_client_cert, security.tls_client_key)
+        )
+        raise OptionError(
+            f"--scheduler {scheduler.address}: {named} can't be used ({problem}); PEM files are expected: the "
+            "authority's certificate, this machine's, and its own key"
+        ) from problem
     return security
 
 

@@ -60,8 +60,17 @@ def test_tls_without_certificates_says_which_options_name_them(tmp_path: Path) -
     with pytest.raises(OptionError, match="tls needs --tls-ca, --tls-cert and --tls-key"):
         list(run_jobs(abs, [1], scheduler=Scheduler(address="tls://10.0.0.7:8786")))
     missing = Scheduler(address="tls://10.0.0.7:8786", tls_ca=str(tmp_path / "ca.pem"))
-    with pytest.raises(OptionError, match=r"there is no file .*ca\.pem"):
+    with pytest.raises(OptionError, match=r"--tls-ca: there is no file .*ca\.pem"):
         list(run_jobs(abs, [1], scheduler=missing))
+
+
+@DASK
+def test_files_that_are_no_certificates_are_named_before_a_scheduler_is_looked_for(tmp_path: Path) -> None:
+    named = {option: str(tmp_path / f"{option}.pem") for option in ("tls_ca", "tls_cert", "tls_key")}
+    for file in named.values():
+        Path(file).write_text("no certificate", encoding="utf-8")
+    with pytest.raises(OptionError, match=r"tls_ca\.pem.*can't be used.*its own key"):
+        list(run_jobs(abs, [1], scheduler=Scheduler(address="tls://10.0.0.7:8786", **named)))
 
 
 @DASK

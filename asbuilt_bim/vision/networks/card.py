@@ -155,6 +155,8 @@ def read_card(path: Path) -> NetworkCard:
     Raises:
         NetworkError: the card is missing, no YAML, or wrong.
     """
+    if path.suffix.lower() == ".onnx":
+        raise NetworkError(f"{path}: is a network, not its card; name the YAML file that describes it")
     try:
         document = read_yaml(path)
     except ProjectError as problem:

@@ -143,8 +143,12 @@ def _outputs(path: Path, session: onnxruntime.InferenceSession, card: NetworkCar
         chosen = {role: role for role in roles}
     else:
         chosen = dict(zip(roles, there, strict=False))
-    missing = [name for name in chosen.values() if name not in there]
-    if missing or len(chosen) < len(roles):
+    if missing := [name for name in chosen.values() if name not in there]:
+        raise NetworkError(
+            f"network {path}: the card names the outputs {', '.join(missing)}, the file has {', '.join(there)}; "
+            "correct outputs in the card"
+        )
+    if len(chosen) < len(roles):
         raise NetworkError(
             f"network {path}: the layout {card.layout} wants {', '.join(roles)}, the file gives {', '.join(there)}; "
             "name them under outputs in the card"

@@ -265,7 +265,7 @@ def test_too_few_outputs_are_refused_with_those_that_there_are(tmp_path: Path) -
 
 def test_an_output_named_in_the_card_must_be_there(tmp_path: Path) -> None:
     path = graphs.card(tmp_path, graphs.constant({"p": LOGITS}), "semantic", outputs={"logits": "q"})
-    assert "the file gives p" in refused(path)
+    assert "the card names the outputs q, the file has p; correct outputs in the card" in refused(path)
 
 
 def _yolo(boxes: np.ndarray) -> dict[str, np.ndarray]:
@@ -296,3 +296,8 @@ def test_a_map_with_its_classes_last_is_refused(tmp_path: Path) -> None:
     answer = {"logits": np.zeros((1, 48, 64, 3), np.float32)}
     message = refused(graphs.card(tmp_path, graphs.constant(answer), "semantic"))
     assert "logits (1, 48, 64, 3)" in message and "(1, C, h, w)" in message
+
+
+def test_a_network_in_the_place_of_its_card_is_told_to_name_the_card(tmp_path: Path) -> None:
+    graphs.card(tmp_path, graphs.constant({"logits": LOGITS}), "semantic")
+    assert "is a network, not its card; name the YAML file that describes it" in refused(tmp_path / "tiny.onnx")
