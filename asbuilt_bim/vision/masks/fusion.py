@@ -66,7 +66,7 @@ def agree(
     spoken: set[int] = set()
     neutral = neutral_of(pair)
     taken = np.zeros(scene.labels.shape, dtype=bool)
-    for group in _groups(piece_groups(scene.pieces), held):
+    for group in _groups(piece_groups(scene.pieces), held, getattr(network, "finds_things", True)):
         holder = held[group[0]]
         if holder is not None and holder >= len(seen):
             continue
@@ -95,10 +95,8 @@ def agree(
 
 def _seen(pair: RectifiedPair, scene: Scene, depth: DepthMap | None, network: Segmenter) -> list[Instance]:
     """Return the network's instances, without what stereo measures as level."""
-    if isinstance(network, SurfaceSegmenter):
-        seen = network.segment_on(pair, depth, scene)
-    else:
-        seen = network.segment(pair, depth)
+    on_surfaces = network if isinstance(network, SurfaceSegmenter) else None
+    seen = on_surfaces.segment_on(pair, depth, scene) if on_surfaces else network.segment(pair, depth)
     return upright_alone(seen, (scene.labels >= len(scene.pieces)) & (scene.labels < scene.bars_label))
 
 
@@ -129,11 +127,12 @@ def _holders(scene: Scene, masks: Sequence[BoolArray]) -> list[int | None]:
     return [int(best[k]) if shares[best[k], k] >= HOLDS else None for k in range(count)]
 
 
-def _groups(groups: Sequence[Sequence[int]], held: Sequence[int | None]) -> list[list[int]]:
-    """Return pieces by the thing that holds them, across what stands between; those that none holds as they were."""
+def _groups(groups: Sequence[Sequence[int]], held: Sequence[int | None], things: bool) -> list[list[int]]:
+    """Return pieces by what holds them: a thing across what stands between, a map's class within geometry's groups."""
     found: list[list[int]] = []
     of_thing: dict[int, list[int]] = {}
     for group in groups:
+        of_thing = of_thing if things else {}
         before: int | None = None
         for number in group:
             holder = held[number]

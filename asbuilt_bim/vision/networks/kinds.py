@@ -143,6 +143,11 @@ class NetworkSegmenter:
         freeze(found)
         return found
 
+    @property
+    def finds_things(self) -> bool:
+        """Say whether a sighting is one wall or column, or all the pixels of a class."""
+        return self.loaded.card.layout != "semantic"
+
     def _seen(self, pair: RectifiedPair) -> list[tuple[Meaning, Sighting]]:
         """Return what was seen in a pair's left photo; one that wasn't looked at yet is, without its depth."""
         if not self._last or self._last[0] is not pair:

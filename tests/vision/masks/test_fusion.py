@@ -127,6 +127,21 @@ def test_a_slender_things_class_is_the_networks_a_wide_or_round_ones_is_its_size
     assert labels == ["wall", "column", "wall"]
 
 
+def test_a_map_of_classes_is_divided_by_geometry_into_walls_and_columns_with_their_own_class(
+    pair: RectifiedPair, scene: Scene, alone: list[Instance]
+) -> None:
+    class Semantic(FakeNetwork):
+        finds_things = False
+
+    everywhere = mask_at(alone, COLUMN) | mask_at(alone, ROUND) | mask_at(alone, WALL)
+    found = both(pair, scene, Semantic([said(everywhere, "column")])).instances
+    three = [at(found, pixel) for pixel in (COLUMN, ROUND, WALL)]
+    assert [one and (one.label, one.source) for one in three] == [
+        (label, InstanceSource.BOTH) for label in ("column", "column", "wall")
+    ]
+    assert len({id(one) for one in three}) == 3, "before, all were one wall"
+
+
 def test_what_the_network_knows_to_be_something_else_is_no_instance(
     pair: RectifiedPair, scene: Scene, alone: list[Instance]
 ) -> None:

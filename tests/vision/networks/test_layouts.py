@@ -91,6 +91,7 @@ def test_a_semantic_map_gives_a_mask_for_each_class_that_the_card_names(tmp_path
     wall = plane(*BOX, 4.0, -4.0)
     logits = np.stack([-wall, wall, np.full((48, 64), -9.0, np.float32), np.full((48, 64), -9.0, np.float32)])[None]
     found = sightings(graphs.card(tmp_path, graphs.constant({"logits": logits}), "semantic", activation="softmax"))
+    assert not NetworkSegmenter(loaded=load(tmp_path / "card.yaml", "segment")).finds_things
     named = {meaning: mask for meaning, _, mask in found}
     assert set(named) == {"wall", "other"}
     np.testing.assert_array_equal(named["wall"], photo_mask(*BOX))
