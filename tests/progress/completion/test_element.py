@@ -249,6 +249,13 @@ def test_what_was_open_when_last_seen_holds_back_the_least_and_the_best_and_not_
     assert before.completion.upper == afresh.completion.upper == 1.0 and before.cells_open == 0.0
 
 
+def test_what_is_complete_has_something_that_is_certain() -> None:
+    for width, low in ((w, z) for w in np.arange(0.1, 0.45, 0.05) for z in np.arange(0.0, 2.8, 0.1)):
+        strip = polygon.box(0, low, width, 3.0)
+        one = progress(*(says(i, built=strip, of=COLUMN, measured=False) for i in (0, 1, 2)), of=COLUMN)
+        assert one.state != "complete" or one.completion.lower > 0.0
+
+
 def test_a_part_has_a_best_estimate_that_is_one() -> None:
     """Where a cage may be what shows, the middle of all levels is none at all."""
     for height in np.arange(0.4, 1.6, 0.05):
