@@ -194,7 +194,7 @@ def run_project(
     known = _Known(
         project=project, place=place, progress=progress, timer=timer, design=design, rig=source, places=known_of,
         past=carried, stray=stray, observed=observed, unknown=unknown,
-        others=others, outlines=read_outlines(project),
+        others=others, outlines=read_outlines(project, (rig.left.width_px, rig.left.height_px)),
     )  # fmt: skip
     found, barred = set[Contradiction](), dict[date, tuple[Rejection, ...]]()
     borrowed: dict[Photographed, Rejection] = {}

@@ -22,7 +22,7 @@ MARKERS = "poses: {file: poses.csv}\n"
 
 def outlines(folder: Path, rows: str) -> tuple[Outline, ...]:
     (folder / "people.csv").write_text("date,station,outline,x_px,y_px\n" + rows, encoding="utf-8")
-    return read_outlines(project(folder, MARKERS + "people: people.csv\n"))
+    return read_outlines(project(folder, MARKERS + "people: people.csv\n"), (1280, 960))
 
 
 def test_an_outline_is_the_points_of_one_name_at_one_station(tmp_path: Path) -> None:
@@ -37,6 +37,12 @@ def test_wrong_rows_and_outlines_of_two_points_are_named(tmp_path: Path) -> None
         outlines(tmp_path, ",B9,p,1,2\n,A1,p,x,2\n,A1,q,1,2\n,A1,q,3,2\n")
     for part in ("there is no station 'B9'", "'x' is no number", "outline 'q' of 'A1' has 2 points"):
         assert part in str(caught.value)
+
+
+def test_an_outline_beside_the_photo_is_refused_since_it_would_hide_nobody(tmp_path: Path) -> None:
+    """Drawn on a larger picture, as a photo before it was scaled down."""
+    with pytest.raises(MaskError, match=r"outline 'q' of 'A1' lies beside its photo of 1280 x 960 px"):
+        outlines(tmp_path, ",A1,p,1270,2\n,A1,p,1400,2\n,A1,p,1300,90\n,A1,q,1300,1\n,A1,q,1500,1\n,A1,q,1400,5\n")
 
 
 def test_what_an_outline_holds_is_coarse_in_its_own_days_picture_and_nothing_else_is() -> None:

@@ -34,7 +34,7 @@ def design() -> BimModel:
 
 
 def people(path: Path) -> object:
-    return read_outlines(project(path.parent, f"people: {path.name}\nposes: {{file: {path.name}}}\n"))
+    return read_outlines(project(path.parent, f"people: {path.name}\nposes: {{file: {path.name}}}\n"), (10_000, 10_000))
 
 
 def poses(path: Path) -> object:

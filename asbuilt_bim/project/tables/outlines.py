@@ -39,8 +39,8 @@ class Outline:
     photo_px: FloatArray
 
 
-def read_outlines(project: Project) -> tuple[Outline, ...]:
-    """Read the outlines that a project names, none where it names no table.
+def read_outlines(project: Project, size_px: tuple[int, int]) -> tuple[Outline, ...]:
+    """Read the outlines that a project names, none where it names no table; `size_px` is the left photos' size.
 
     Raises:
         MaskError: the table can't be used; every row that is wrong is named, up to eight.
@@ -59,8 +59,14 @@ def read_outlines(project: Project) -> tuple[Outline, ...]:
         except ValueError as problem:
             faults.append(f"row {row.number}: {problem}")
     for (_, station, name), ring in points.items():
+        what = f"outline '{name}' of '{station[:60]}'"
         if len(ring) < 3:
-            faults.append(f"outline '{name}' of '{station[:60]}' has {len(ring)} points; three or more are expected")
+            faults.append(f"{what} has {len(ring)} points; three or more are expected")
+        elif np.any(np.max(ring, axis=0) < 0.0) or np.any(np.min(ring, axis=0) > size_px):
+            faults.append(
+                f"{what} lies beside its photo of {size_px[0]} x {size_px[1]} px, so nobody would be hidden; "
+                "draw it in the left photo as it was taken"
+            )
     refused_rows(project.people, faults, MaskError)
     found = tuple(Outline(day=day, station=name, photo_px=frozen(ring)) for (day, name, _), ring in points.items())
     try:
