@@ -41,7 +41,7 @@ def app(context: click.Context, debug: bool) -> None:
 @click.option("--strict", is_flag=True, help="Exit with 1 if a station was left out.")
 @click.option("--refine-rig", is_flag=True, help="If the rig was knocked: use it as the visit's photos show it.")
 @click.option("--allow-outside", is_flag=True, help="Allow paths that leave the project's folder.")
-@click.option("--scheduler", default="", metavar="tls://HOST:PORT", help="Measure on a Dask cluster.")
+@click.option("--scheduler", metavar="tls://HOST:PORT", help="Measure on a Dask cluster.")
 @click.option("--tls-ca", default="", metavar="FILE", help="Certificate that the cluster's own are signed with.")
 @click.option("--tls-cert", default="", metavar="FILE", help="This machine's certificate, for the cluster.")
 @click.option("--tls-key", default="", metavar="FILE", help="Its key.")
@@ -65,15 +65,17 @@ def run(context: click.Context, /, **options: Any) -> None:
     until = options.pop("visit")
     safety = {key: options.pop(key) for key in ("tls_ca", "tls_cert", "tls_key")}
     address, insecure = options.pop("scheduler"), options.pop("insecure_scheduler")
-    if not address and (any(safety.values()) or insecure):
+    if address is None and (any(safety.values()) or insecure):
         raise click.UsageError("--tls-ca, --tls-cert, --tls-key and --insecure-scheduler go with --scheduler")
     screen = Screen(quiet=options["quiet"])
 
     def action() -> int:
-        from asbuilt_bim.scale.cluster import Scheduler
+        from asbuilt_bim.scale.cluster import Scheduler, check_address
         from asbuilt_bim.terminal.commands import RunRequest, run_command
 
-        scheduler = Scheduler(address=address, insecure=insecure, **safety) if address else None
+        scheduler = Scheduler(address=address, insecure=insecure, **safety) if address is not None else None
+        if scheduler is not None:
+            check_address(scheduler)
         request = RunRequest(until=until, scheduler=scheduler, **options)
         return run_command(request, screen, datetime.now(UTC))
 

@@ -131,14 +131,17 @@ def check_address(scheduler: Scheduler) -> str:
     """Return the protocol of a scheduler's address, "tcp" or "tls".
 
     Raises:
-        OptionError: it is another, or tcp to another machine without leave.
+        OptionError: it is another, or tcp with TLS files or to another machine without leave.
     """
     scheme, found, place = scheduler.address.rpartition("://")
     scheme = scheme if found else "tcp"
     host, _, port = place.rpartition(":")
     host = host[1:-1] if host.startswith("[") and host.endswith("]") else host
     if scheme not in ("tcp", "tls") or not host or "[" in host or not (port.isascii() and port.isdecimal()):
-        raise OptionError(f"--scheduler {scheduler.address}: is no address; write tcp://HOST:PORT or tls://HOST:PORT")
+        said = scheduler.address or "''"
+        raise OptionError(f"--scheduler {said}: is no address; write tcp://HOST:PORT or tls://HOST:PORT")
+    if scheme == "tcp" and any((scheduler.tls_ca, scheduler.tls_cert, scheduler.tls_key)):
+        raise OptionError(f"--scheduler {scheduler.address}: tcp takes no --tls files; write tls://{place}")
     if scheme == "tcp" and not _loopback(host) and not scheduler.insecure:
         raise OptionError(
             f"--scheduler {scheduler.address}: plain tcp to another machine lets anyone on the way run programs here. "

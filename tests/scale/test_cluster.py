@@ -13,12 +13,15 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
+from asbuilt_bim.cli import app
 from asbuilt_bim.errors import OptionError, OutputError
 from asbuilt_bim.scale import cluster as cluster_module
 from asbuilt_bim.scale.cluster import SameCode, Scheduler, check_address
 from asbuilt_bim.scale.executor import run_jobs
 from asbuilt_bim.scale.fingerprint import measuring_identity
+from tests.project_folder import write_project
 
 DASK = pytest.mark.skipif(find_spec("distributed") is None, reason='needs pip install "asbuilt-bim[dask]"')
 ROOT = str(Path(__file__).parents[2])
@@ -47,6 +50,18 @@ def test_plain_tcp_to_this_machine_needs_none(address: str) -> None:
 def test_what_is_no_address_is_named(address: str) -> None:
     with pytest.raises(OptionError, match="is no address; write tcp://HOST:PORT or tls://HOST:PORT"):
         check_address(Scheduler(address=address))
+
+
+def test_tls_files_beside_plain_tcp_are_refused_since_nothing_would_be_encrypted() -> None:
+    with pytest.raises(OptionError, match=r"tcp takes no --tls files; write tls://localhost:8786"):
+        check_address(Scheduler(address="tcp://localhost:8786", tls_ca=Path("ca.pem")))
+
+
+def test_an_empty_scheduler_is_refused_and_not_measured_without_one(tmp_path: Path) -> None:
+    """As an empty variable of the shell gives it."""
+    folder = write_project(tmp_path)
+    told = CliRunner().invoke(app, ["run", str(folder), "--out", str(tmp_path / "out"), "--scheduler", ""])
+    assert told.exit_code == 2 and "--scheduler '': is no address" in told.output
 
 
 def test_a_worker_with_other_libraries_does_no_work() -> None:
