@@ -6,8 +6,8 @@ _BEST = (
     "Built / (built + open) of what was seen, of several elements their mean (not seen now: as when last seen); "
     "unknown where less than half was seen."
 )
-_LOWER = "What is certain: everything that was not seen counts as not built."
-_UPPER = "What is possible: everything that was not seen counts as built."
+_LOWER = "What is certain: what nobody saw counts as not built, unless seen concrete stands on it."
+_UPPER = "What is possible: what nobody saw counts as built, unless it was seen open below it."
 _COVERAGE = "Share that was seen, from one side or more, and decided."
 
 
