@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -95,3 +95,10 @@ def _value(value: object) -> str:
     if isinstance(value, list) and value:
         return "[\n" + ",\n".join(f"  {json.dumps(inner)}" for inner in value) + "\n ]"
     return json.dumps(value)
+
+
+def write_model(args: argparse.Namespace, path: Path, document: Mapping[str, object]) -> None:
+    """Write a model into the package, a key a line, where asked to; never what a quick run gave."""
+    if args.write and not args.quick:
+        text = ",\n".join(f" {json.dumps(key)}: {json.dumps(value)}" for key, value in document.items())
+        path.write_text("{\n" + text + "\n}\n", encoding="utf-8")

@@ -173,7 +173,7 @@ def _samples(element: BimElement, shape: tuple[int, int], spacing_m: float) -> C
         normals=frozen(normals),
         face=freeze(faces.astype(np.int32)),
         uv_m=frozen(uv),
-        cell=freeze(cell_rows(element, points, shape)),
+        cell=freeze(cell_numbers(element, points, shape)),
         area_m2=frozen(share),
         step_m=frozen(steps),
         place=freeze(places.astype(np.int32)),
@@ -201,7 +201,7 @@ def _counts(
     counts = np.zeros(shape, dtype=np.int32)
     if lines is None:
         points = _lifted(face, _grid(region, spacing_m)[0])[0]
-        np.add.at(counts.reshape(-1), cell_rows(element, points, shape), 1)
+        np.add.at(counts.reshape(-1), cell_numbers(element, points, shape), 1)
         return counts, len(points)
     columns, rows = (_places(at, size, n) for at, size, n in zip(lines, _size(element), shape, strict=True))
     if grid.inside.all():
@@ -220,7 +220,7 @@ def _lifted(face: DesignFace, uv: FloatArray) -> tuple[FloatArray, FloatArray]:
     return face.frame.from_uv(uv), np.tile(face.frame.normal, (len(uv), 1))
 
 
-def cell_rows(element: BimElement, points: FloatArray, shape: tuple[int, int]) -> IntArray:
+def cell_numbers(element: BimElement, points: FloatArray, shape: tuple[int, int]) -> IntArray:
     """Return the numbers i * nz + k of the pieces that points (N, 3) in world lie in, (nx, nz) over length, height."""
     own = apply(element.axis_from_world, points)
     column, row = (_places(own[:, axis], size, n) for axis, size, n in zip((0, 2), _size(element), shape, strict=True))

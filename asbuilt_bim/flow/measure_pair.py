@@ -5,8 +5,6 @@ from dataclasses import replace
 from numbers import Real
 from pathlib import Path
 
-import numpy as np
-
 from asbuilt_bim.camera.photo.read import Photo, read_photo, side_by_side
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_formats.opencv import Foreign
@@ -17,6 +15,7 @@ from asbuilt_bim.errors import MaskError, MeasureError, OptionError, rejected
 from asbuilt_bim.measure.pair import PairMeasurement, measure_photos
 from asbuilt_bim.measure.station import MeasureOptions, StationPhotos
 from asbuilt_bim.project.networks import NetworkChoice, load_models, try_networks
+from asbuilt_bim.project.tables.outlines import outside_photo
 from asbuilt_bim.report.wording.reasons import reason_lines
 from asbuilt_bim.storage.plugins import PREFIX
 from asbuilt_bim.storage.regular_file import path_of
@@ -95,7 +94,7 @@ def _masks(path: Path, rig: StereoRig, photo_name: str, classes: Mapping[int, In
     size = (rig.left.width_px, rig.left.height_px)
     read = read_masks(path, size, photo_name, classes)
     for name, ring in ((mask.name, rings[0]) for mask in read.masks for rings in mask.polygons):
-        if (ring.max(axis=0) < -0.5).any() or (ring.min(axis=0) > np.array(size) - 0.5).any():
+        if outside_photo(ring, size):
             raise MaskError(
                 f"masks {path}: {name} lies beside the photo of {size[0]} x {size[1]} px; masks are of the ORIGINAL one"
             )

@@ -22,5 +22,5 @@ class ProgressOptions:
     complete_from: float = 0.97  # of its height; a column of 3 m lacks one cell of 30, which is not yet a part
     kicker_m: float = 0.15  # cast with the slab, 75 to 150 mm high: with it alone nothing has started
     known_from: float = 0.10  # coverage, under which completion has no best value
-    nearly_all: float = 0.90  # coverage from which "complete" needs no look at the top
+    nearly_all: float = 0.90  # certain, under which what is complete is told as far as it was seen
     enough_coverage: float = 0.50  # coverage under which a state is told with what was seen

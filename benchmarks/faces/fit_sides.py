@@ -37,10 +37,10 @@ from asbuilt_bim.measure.planes.crossing import Crossing
 from asbuilt_bim.measure.station_faces import settled_faces
 from asbuilt_bim.measure.workbench import workbench
 from asbuilt_bim.vision.scene.geometric import segment_scene
-from benchmarks.faces.fitting import fitting_options, left_out_sigmas, observed, write_model
+from benchmarks.faces.fitting import fitting_options, left_out_sigmas, observed
 from benchmarks.faces.twins import TwinPair, read_twin
 from benchmarks.table import Line as Told
-from benchmarks.table import quantiles, report, told
+from benchmarks.table import quantiles, report, told, write_model
 
 SEEDS = (*range(1001, 1014), *range(171, 183))
 """Crowded twins, and bare ones that nothing else is judged by."""

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeVar
 
@@ -57,10 +56,3 @@ def left_out_sigmas(values: FloatArray) -> FloatArray:
     """
     sigmas: FloatArray = np.sqrt(max(len(values) - 1, 1) * np.mean(np.square(values - values.mean(axis=0)), axis=0))
     return sigmas
-
-
-def write_model(args: argparse.Namespace, path: Path, document: Mapping[str, object]) -> None:
-    """Write a model into the package, a key a line, where asked to; never what two scenes gave."""
-    if args.write and not args.quick:
-        text = ",\n".join(f" {json.dumps(key)}: {json.dumps(value)}" for key, value in document.items())
-        path.write_text("{\n" + text + "\n}\n", encoding="utf-8")

@@ -14,11 +14,10 @@ Reference: Cox 1958, the regression of binary sequences; Liang and Zeger 1986, t
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
@@ -29,7 +28,6 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
-from asbuilt_synthetic.__main__ import SAMPLE_SEED
 from asbuilt_synthetic.in_view import points_in_view
 from asbuilt_synthetic.model import Scene, Station
 from asbuilt_synthetic.scene import scene
@@ -44,10 +42,8 @@ from asbuilt_bim.progress.states import votes
 from asbuilt_bim.progress.states.features import FEATURES, Shown, features_of
 from asbuilt_bim.progress.states.likelihood import DATA, Model, chances, odds_of
 from asbuilt_bim.progress.states.sample_grid import share_around
-from asbuilt_bim.scale.cache import Cache
-from benchmarks.site.rules import Site, measured_site
-from benchmarks.sites import SAMPLE, benchmark_folder, generated_site
-from benchmarks.table import Line, options, report, told
+from benchmarks.site.rules import Site, fitting_options, fitting_sites
+from benchmarks.table import Line, report, told, write_model
 
 RIDGE = 1.0  # of standardised features, beside hundreds of elements
 EVERY = 3  # samples along and up: those between them err alike
@@ -299,21 +295,10 @@ def lines_of(document: dict[str, object], sites: Sequence[Rows]) -> list[Line]:
 
 def main() -> int:
     """Judge the sites, fit and tell; write the model where asked to."""
-    parser = options(__doc__ or "")
-    parser.add_argument("--seeds", type=int, nargs="*", default=(), help="sites beside the sample")
-    parser.add_argument("--write", action="store_true", help="write what was fitted into the package")
-    args = parser.parse_args()
-    cache = Cache(folder=benchmark_folder() / "cache")
-    folders = {SAMPLE_SEED: SAMPLE} | {seed: generated_site(seed) for seed in args.seeds}
-    sites = []
-    for seed, folder in folders.items():
-        site = measured_site(folder, "sample" if folder == SAMPLE else f"seed {seed}", cache)
-        sites.append(rows_of(replace(site, asked=site.asked[: 1 if args.quick else None]), seed))
-        print(f"{sites[-1].site}: {len(sites[-1].seen)} samples", file=sys.stderr, flush=True)
+    args = fitting_options(__doc__ or "").parse_args()
+    sites = [rows_of(site, seed) for seed, site in fitting_sites(args)]
     document = document_of(sites)
-    if args.write and not args.quick:
-        text = ",\n".join(f" {json.dumps(key)}: {json.dumps(value)}" for key, value in document.items())
-        DATA.write_text("{\n" + text + "\n}\n", encoding="utf-8")
+    write_model(args, DATA, document)
     return report("What a station's evidence is worth, fitted", lines_of(document, sites), args)
 
 

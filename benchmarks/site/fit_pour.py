@@ -12,7 +12,6 @@ Reference: Gneiting and Raftery 2007, proper scores.
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -25,7 +24,6 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
-from asbuilt_synthetic.__main__ import SAMPLE_SEED
 
 from asbuilt_bim.bim.cells import element_cells
 from asbuilt_bim.bim.model import BimElement
@@ -37,12 +35,10 @@ from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.cell_states import CellStates, cell_states, decided_cells, shown_rows
 from asbuilt_bim.progress.states.pour import DATA, Model, Shown, levels
 from asbuilt_bim.progress.surface import SurfaceState
-from asbuilt_bim.scale.cache import Cache
 from benchmarks.site.fit_evidence import rounded
-from benchmarks.site.rules import Site, measured_site
+from benchmarks.site.rules import Site, fitting_options, fitting_sites
 from benchmarks.site.site import ROUNDED, VISIBLE
-from benchmarks.sites import SAMPLE, benchmark_folder, generated_site
-from benchmarks.table import Line, options, report, told
+from benchmarks.table import Line, report, told, write_model
 
 START = Model(
     built_nats=0.5, face_nats=0.5, open_nats=0.5, few_shown=1.0, not_begun=0.3, doubt=0.02, limit=0.7
@@ -99,23 +95,19 @@ def rows_of(site: Site) -> Iterator[Row]:
 
 def score(rows: Sequence[Row], fitted: Model) -> float:
     """Return the mean over elements that show something of the logarithms of what the truth was given."""
-    total = [
-        np.mean(_given(row, fitted)[np.repeat(_real(row), row.shown.every.shape[2] // _real(row).shape[1], axis=1)])
-        for row in rows
-        if row.shown.decided.any()
-    ]
+    total = []
+    for chance, built in (_chances(row, fitted) for row in rows if row.shown.decided.any()):
+        sure = np.clip(chance, LEAST, 1.0 - LEAST)
+        total.append(np.mean(built * np.log(sure) + (1.0 - built) * np.log(1.0 - sure)))
     return float(np.mean(total)) if total else 0.0
 
 
-def _given(row: Row, fitted: Model) -> FloatArray:
-    size_m = row.element.length_m, row.element.height_m
-    chance = np.clip(levels(row.shown, size_m, fitted).built(), LEAST, 1.0 - LEAST)
-    given: FloatArray = row.built * np.log(chance) + (1.0 - row.built) * np.log(1.0 - chance)
-    return given
-
-
-def _real(row: Row) -> Any:
-    return element_cells(row.element).weight > 0.0
+def _chances(row: Row, fitted: Model) -> tuple[FloatArray, FloatArray]:
+    """Return how likely each row of an element's cells is built (M,), and what share of it is."""
+    chance = levels(row.shown, (row.element.length_m, row.element.height_m), fitted).built()
+    real = element_cells(row.element).weight > 0.0
+    of_cells = np.repeat(real, chance.shape[1] // real.shape[1], axis=1)
+    return chance[of_cells], np.broadcast_to(row.built, chance.shape)[of_cells]
 
 
 def fitted_to(rows: Sequence[Row]) -> Model:
@@ -226,13 +218,8 @@ def lines_of(document: Mapping[str, Any], judged: Sequence[tuple[Row, Model]]) -
         told(f"states wrong, by a limit of {of['limit']}", f"{np.mean([o.wrong for o in all_said]):.2%}", n),
         told("states right, of elements over half visible", f"{right / max(len(visible), 1):.1%}", len(visible)),
     ]
-    pairs = [
-        (np.exp(_chances(row, fitted)), row.built, _real(row)) for row, fitted in judged if row.shown.decided.any()
-    ]
-    chance = np.concatenate([c[np.repeat(real, c.shape[1] // real.shape[1], axis=1)] for c, _, real in pairs])
-    built = np.concatenate(
-        [np.tile(b, (len(real), 1))[np.repeat(real, len(b) // real.shape[1], axis=1)] for _, b, real in pairs]
-    )
+    pairs = [_chances(row, fitted) for row, fitted in judged if row.shown.decided.any()]
+    chance, built = (np.concatenate(one) for one in zip(*pairs, strict=True))
     for low, high in pairwise((0.0, 0.02, 0.1, 0.3, 0.7, 0.9, 0.98, 1.0)):
         some = (chance >= low) & (chance <= high)
         if some.any():
@@ -241,30 +228,13 @@ def lines_of(document: Mapping[str, Any], judged: Sequence[tuple[Row, Model]]) -
     return lines
 
 
-def _chances(row: Row, fitted: Model) -> FloatArray:
-    """Return the logarithm of how likely each row (nx, rows) is built."""
-    size_m = row.element.length_m, row.element.height_m
-    return np.log(np.clip(levels(row.shown, size_m, fitted).built(), LEAST, 1.0))
-
-
 def main() -> int:
     """Judge the sites, fit and tell; write the model where asked to."""
-    parser = options(__doc__ or "")
-    parser.add_argument("--seeds", type=int, nargs="*", default=(), help="sites beside the sample")
-    parser.add_argument("--write", action="store_true", help="write what was fitted into the package")
-    args = parser.parse_args()
-    cache = Cache(folder=benchmark_folder() / "cache")
-    folders = {SAMPLE_SEED: SAMPLE} | {seed: generated_site(seed) for seed in args.seeds}
-    rows: list[Row] = []
-    for seed, folder in folders.items():
-        site = measured_site(folder, "sample" if folder == SAMPLE else f"seed {seed}", cache)
-        rows += rows_of(replace(site, asked=site.asked[: 1 if args.quick else None]))
-        print(f"{site.name}: {len(rows)} elements so far", file=sys.stderr, flush=True)
+    args = fitting_options(__doc__ or "").parse_args()
+    rows = [row for _, site in fitting_sites(args) for row in rows_of(site)]
     judged = [(row, START) for row in rows] if args.quick else left_out(rows)
     document = document_of(rows, judged)
-    if args.write and not args.quick:
-        text = ",\n".join(f" {json.dumps(key)}: {json.dumps(value)}" for key, value in document.items())
-        DATA.write_text("{\n" + text + "\n}\n", encoding="utf-8")
+    write_model(args, DATA, document)
     return report("How high it is built, by what its sides show", lines_of(document, judged), args)
 
 

@@ -12,17 +12,20 @@ case that few sites have, so three sites aren't many.
 
 from __future__ import annotations
 
+import argparse
 import json
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
+
+from asbuilt_synthetic.__main__ import SAMPLE_SEED
 
 from asbuilt_bim.bim.cells import CellSamples
 from asbuilt_bim.flow import pipeline
@@ -132,6 +135,24 @@ def measured_site(folder: Path, name: str, cache: Cache) -> Site:
         pipeline.monitor = judge
     truth = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
     return Site(name=name, truth=truth, asked=tuple(asked))
+
+
+def fitting_options(text: str) -> argparse.ArgumentParser:
+    """Return the options of a benchmark that fits on sites, with `text` as its help."""
+    parser = options(text)
+    parser.add_argument("--seeds", type=int, nargs="*", default=(), help="sites beside the sample")
+    parser.add_argument("--write", action="store_true", help="write what was fitted into the package")
+    return parser
+
+
+def fitting_sites(args: argparse.Namespace) -> Iterator[tuple[int, Site]]:
+    """Give the sample and the sites of the seeds, measured, with their seeds; of a quick run the first visit alone."""
+    cache = Cache(folder=benchmark_folder() / "cache")
+    for seed in (SAMPLE_SEED, *args.seeds):
+        folder, name = (SAMPLE, "sample") if seed == SAMPLE_SEED else (generated_site(seed), f"seed {seed}")
+        site = measured_site(folder, name, cache)
+        print(f"{name}: measured", file=sys.stderr, flush=True)
+        yield seed, replace(site, asked=site.asked[: 1 if args.quick else None])
 
 
 def elements(site: Site) -> list[Element]:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from asbuilt_bim.bim.cells import Cells, cell_rows, cell_samples, element_cells
+from asbuilt_bim.bim.cells import Cells, cell_numbers, cell_samples, element_cells
 from asbuilt_bim.bim.model import BimElement
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
@@ -148,7 +148,7 @@ def shown_rows(element: BimElement, surfaces: Sequence[SurfaceState], options: P
     """
     cells, samples = element_cells(element), cell_samples(element, options.spacing_m)
     rows = cells.shape[1] * max(1, round(element.height_m / cells.shape[1] / options.spacing_m))
-    place = cell_rows(element, samples.points_m, (cells.shape[0], rows))
+    place = cell_numbers(element, samples.points_m, (cells.shape[0], rows))
     by_face = {surface.face_id: surface for surface in surfaces}
     counts: tuple[list[NDArray[np.intp]], ...] = ([], [], [], [])
     for index, face in enumerate(element.faces):

@@ -62,7 +62,7 @@ def read_outlines(project: Project, size_px: tuple[int, int]) -> tuple[Outline, 
         what = f"outline '{name}' of '{station[:60]}'"
         if len(ring) < 3:
             faults.append(f"{what} has {len(ring)} points; three or more are expected")
-        elif np.any(np.max(ring, axis=0) < 0.0) or np.any(np.min(ring, axis=0) > size_px):
+        elif outside_photo(np.array(ring), size_px):
             faults.append(
                 f"{what} lies beside its photo of {size_px[0]} x {size_px[1]} px, so nobody would be hidden; "
                 "draw it in the left photo as it was taken"
@@ -74,6 +74,11 @@ def read_outlines(project: Project, size_px: tuple[int, int]) -> tuple[Outline, 
     except MaskError as problem:
         raise MaskError(f"{project.people}: {problem}") from problem
     return found
+
+
+def outside_photo(ring: FloatArray, size_px: tuple[int, int]) -> bool:
+    """Say whether an outline (N, 2) in pixels lies wholly beside a photo of so many columns and rows."""
+    return bool((ring.max(axis=0) < -0.5).any() or (ring.min(axis=0) > np.array(size_px) - 0.5).any())
 
 
 def without_outlined(
