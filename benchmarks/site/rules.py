@@ -25,8 +25,6 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
-from asbuilt_synthetic.__main__ import SAMPLE_SEED
-
 from asbuilt_bim.bim.cells import CellSamples
 from asbuilt_bim.flow import pipeline
 from asbuilt_bim.flow.measure_visit import Workplace
@@ -147,6 +145,8 @@ def fitting_options(text: str) -> argparse.ArgumentParser:
 
 def fitting_sites(args: argparse.Namespace) -> Iterator[tuple[int, Site]]:
     """Give the sample and the sites of the seeds, measured, with their seeds; of a quick run the first visit alone."""
+    from asbuilt_synthetic.__main__ import SAMPLE_SEED  # fits alone need the generator
+
     cache = Cache(folder=benchmark_folder() / "cache")
     for seed in (SAMPLE_SEED, *args.seeds):
         folder, name = (SAMPLE, "sample") if seed == SAMPLE_SEED else (generated_site(seed), f"seed {seed}")
