@@ -15,18 +15,19 @@ from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import Region
 from asbuilt_bim.match.assign import WHOLE_SHARE, match_faces
+from asbuilt_bim.match.depth_on_design import seen_past_m2
 from asbuilt_bim.match.options import MatchOptions
 from asbuilt_bim.match.regions import to_frame
 from asbuilt_bim.match.result import FaceMatch, MatchResult
 from asbuilt_bim.match.score import WorldFace, in_world, plane_offset_sigma_m, point_sigma_m
 from asbuilt_bim.match.survey_shift import BAND_M, COARSE_M, LEAST_MORE, NEAR_M
 from asbuilt_bim.match.upright_planes import PARALLEL_COS
-from asbuilt_bim.register.pose import Placement
+from asbuilt_bim.register.pose import PlacedStation, Placement
 
 LEAST_M2 = 0.35
 """So much of its surface has to stand there: less may be a board, a prop, a stack."""
 MOST_HERE = 0.75
-"""In its own place lies at most so much of it, and `LEAST_M2` less: a face may run on past its element by a quarter."""
+"""In its own place lies at most so much of it: a face may run on past its element by a quarter."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -107,9 +108,9 @@ def where_they_stand(
 def displaced(matched: MatchResult, design: BimModel, before: Mapping[str, FloatArray]) -> dict[str, Displaced]:
     """Return the elements that stand beside their design, by GlobalId; `before` is what earlier visits found.
 
-    An element counts as displaced where its faces, all moved alike, lie on more measured surface than in its place.
-    Where most of a storey's elements have moved alike, so have those of which nothing was measured, and those whose
-    faces lie there as well as in their place: a wall that was moved along itself.
+    An element counts as displaced where its faces, all moved alike, lie on more measured surface than in its place, and
+    photos don't look past them. Where most of a storey's elements have moved alike, so have those of which nothing was
+    measured, and those whose faces lie there as well as in their place: a wall that was moved along itself.
     """
     faces = [in_world(face, placed.pose) for placed in matched.stations for face in placed.measurement.faces]
     in_place = _in_place(matched)
@@ -123,7 +124,7 @@ def displaced(matched: MatchResult, design: BimModel, before: Mapping[str, Float
             pairs += [pair for face in element.faces if (pair := _pair(seen, face, left)) is not None]
         one = _Seen(pairs=pairs, here_m2=_standing(pairs, np.zeros(3), COARSE_M)[0])
         best = _best_move(pairs, element)
-        if best is not None and one.here_m2 <= min(best.area_m2 - LEAST_M2, MOST_HERE * best.area_m2):
+        if best is not None and _is_there(best, one, element, matched.stations):
             found[element.global_id] = best
         elif one.here_m2 >= LEAST_M2:
             seen_of[element.global_id] = one
@@ -203,11 +204,8 @@ def _pair(seen: WorldFace, design: DesignFace, left: float) -> _Pair | None:
 
 def _best_move(pairs: Sequence[_Pair], element: BimElement) -> Displaced | None:
     """Return the shortest of the moves on which nearly as much measured surface lies as on any."""
-    places = []
-    for move_m in _moves(_asking(pairs)):
-        if COARSE_M < np.linalg.norm(move_m) <= NEAR_M:
-            area_m2, stations = _standing(pairs, move_m, BAND_M)
-            places.append(Displaced(element=element.global_id, move_m=move_m, area_m2=area_m2, stations=stations))
+    moves = (move_m for move_m in _moves(_asking(pairs)) if COARSE_M < np.linalg.norm(move_m) <= NEAR_M)
+    places = [_at(element.global_id, move_m, pairs) for move_m in moves]
     most_m2 = max((place.area_m2 for place in places), default=0.0)
     enough = [place for place in places if place.area_m2 >= max(WHOLE_SHARE * most_m2, LEAST_M2)]
     return min(enough, key=lambda place: place.distance_m, default=None)
@@ -241,12 +239,12 @@ def _moves(pairs: Sequence[_Pair]) -> Iterator[FloatArray]:
                 yield base_m + other.off_m[0] * across.normal
 
 
-def _standing(pairs: Iterable[_Pair], move_m: FloatArray, band_m: float) -> tuple[float, tuple[str, ...]]:
-    """Return how much measured surface (m2) lies on an element that is moved, and the stations that saw it.
+def _standing(pairs: Iterable[_Pair], move_m: FloatArray, band_m: float) -> tuple[float, list[_Pair]]:
+    """Return how much measured surface (m2) lies on an element that is moved, and what does.
 
     In its own place every part counts; beside it faces that lie there whole: part of a face lies on anything.
     """
-    total_m2, stations = 0.0, set()
+    total_m2, standing = 0.0, []
     for pair in pairs:
         frame, face = pair.design.frame, pair.seen.face
         wanted = move_m @ frame.normal if isinstance(frame, PlaneFrame) else move_m
@@ -261,8 +259,28 @@ def _standing(pairs: Iterable[_Pair], move_m: FloatArray, band_m: float) -> tupl
         if move_m.any() and share < WHOLE_SHARE * pair.left:
             continue
         total_m2 += share * face.area_m2
-        stations.add(pair.seen.pose.station)
-    return total_m2, tuple(sorted(stations))
+        standing.append(pair)
+    return total_m2, standing
+
+
+def _at(element: str, move_m: FloatArray, pairs: Iterable[_Pair]) -> Displaced:
+    area_m2, standing = _standing(pairs, move_m, BAND_M)
+    stations = tuple(sorted({pair.seen.pose.station for pair in standing}))
+    return Displaced(element=element, move_m=move_m, area_m2=area_m2, stations=stations)
+
+
+def _is_there(found: Displaced, seen: _Seen, element: BimElement, stations: Sequence[PlacedStation]) -> bool:
+    """Say whether it stands there, not in its place, and photos look past no more of its faces than was measured there.
+
+    A stud of formwork before a wall lies on such a face as well, but beside the stud photos look past it. Those count
+    that show what was measured, up to its top: a wall may be poured in part.
+    """
+    if seen.here_m2 > MOST_HERE * found.area_m2:
+        return False
+    _, standing = _standing(seen.pairs, found.move_m, BAND_M)
+    tops_m = [pair.seen.frame.from_uv(ring)[:, 2].max() for pair in standing for ring, *_ in pair.seen.outline]
+    showing = [placed for placed in stations if placed.pose.station in found.stations]
+    return seen_past_m2(showing, element, found.move_m, max(tops_m), COARSE_M) <= found.area_m2
 
 
 def _with_their_storey(
@@ -281,10 +299,5 @@ def _with_their_storey(
         if len(alike) <= len(in_place):
             continue
         left = [key for key in members if key not in found and key not in in_place]
-        added |= {key: _as_others(key, move_m, seen_of.get(key)) for key in left}
+        added |= {key: _at(key, move_m, seen_of[key].pairs if key in seen_of else ()) for key in left}
     return added
-
-
-def _as_others(element: str, move_m: FloatArray, seen: _Seen | None) -> Displaced:
-    area_m2, stations = _standing(seen.pairs if seen else (), move_m, BAND_M)
-    return Displaced(element=element, move_m=move_m, area_m2=area_m2, stations=stations)

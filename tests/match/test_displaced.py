@@ -13,6 +13,7 @@ from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.plane import PlaneFrame
+from asbuilt_bim.geometry.polygon import Region
 from asbuilt_bim.match.assign import match_faces
 from asbuilt_bim.match.displaced import Displaced, displaced, moved_design, where_they_stand
 from asbuilt_bim.match.options import MatchOptions
@@ -22,12 +23,16 @@ from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import ElementProgress, ProgressReport
 from asbuilt_bim.progress.states.classify import classify_surface
 from asbuilt_bim.report.wording.notes import note_words
-from tests.match.small_site import box, element, looking, measured, model, placement, station
+from tests.match.small_site import Box, box, element, looking, measured, model, placement, shifted, station
 
 POSE = looking([-3.0, -6.0, 1.6], [3.0, 0.0, 1.4])
 SHAPES = [box(2 * n, 0, 0, 0.4, 0.4, 3) for n in range(4)]
 SITE = [element(f"C{n}", "column", shape) for n, shape in enumerate(SHAPES)]
 Moves = Mapping[int, Sequence[float]]
+
+
+def moved_box(shape: Box, move: Sequence[float]) -> Box:
+    return shape[0] + np.asarray(move, float), shape[1] + np.asarray(move, float)
 
 
 def found(
@@ -47,7 +52,8 @@ def found(
             frame = stands.elements[n].faces[index].frame
             assert isinstance(frame, PlaneFrame)
             pieces.append(measured(f"A1/{n}{index}", POSE, frame, polygon.box(0.0, 0.0, 0.4, high_m)))
-    placed = placement(station("A1", POSE, SHAPES, pieces))
+    boxes = [moved_box(SHAPES[n], moves.get(n, (0.0, 0.0, 0.0))) for n in range(4)]
+    placed = placement(station("A1", POSE, boxes, pieces))
     return displaced(match_faces(placed, model(design), MatchOptions()), model(design), before or {})
 
 
@@ -95,6 +101,33 @@ def test_a_face_that_runs_on_past_its_wall_is_no_move_along_it() -> None:
     assert displaced(match_faces(placed, model([wall]), MatchOptions()), model([wall]), {}) == {}
 
 
+def wall_before_its_design(outlines: Sequence[Region], boxes: Sequence[Box]) -> dict[str, Displaced]:
+    """Return what is found where outlines are measured 0.12 m before a wall's front, and these boxes stand there."""
+    wall = element("W", "wall", box(0, 0, 0, 4, 0.2, 3))
+    frame = wall.faces[0].frame
+    assert isinstance(frame, PlaneFrame)
+    pieces = [measured(f"A1/{n}", POSE, shifted(frame, 0.12), outline) for n, outline in enumerate(outlines)]
+    placed = placement(station("A1", POSE, boxes, pieces))
+    return displaced(match_faces(placed, model([wall]), MatchOptions()), model([wall]), {})
+
+
+def test_studs_of_formwork_before_a_wall_are_no_displaced_wall() -> None:
+    starts, sheet = (0.5, 1.5, 2.5, 3.5), box(0, -0.02, 0, 4, 0.02, 3)
+    outlines = [polygon.box(x, 0.0, x + 0.1, 3.0) for x in starts]
+    assert wall_before_its_design(outlines, [sheet, *(box(x, -0.12, 0, 0.1, 0.1, 3) for x in starts)]) == {}
+
+
+@pytest.mark.parametrize("high_m", [1.0, 3.0])
+def test_a_wall_that_stands_where_its_formwork_would_is_found_however_high_it_is_poured(high_m: float) -> None:
+    found_there = wall_before_its_design([polygon.box(0.0, 0.0, 4.0, high_m)], [box(0, -0.12, 0, 4, 0.2, high_m)])
+    np.testing.assert_allclose(found_there["W"].move_m, (0.0, -0.12, 0.0), atol=0.01)
+
+
+def test_a_displaced_wall_is_found_though_most_of_it_stands_behind_something() -> None:
+    stands, stack = box(0, -0.12, 0, 4, 0.2, 3), box(0, -2.0, 0, 2.5, 0.5, 3)
+    assert set(wall_before_its_design([polygon.box(3.0, 0.0, 4.0, 3.0)], [stands, stack])) == {"W"}
+
+
 def test_elements_that_were_not_measured_follow_most_of_their_storey_that_moved_alike() -> None:
     all_found = found({n: (0.3, 0.0, 0.0) for n in range(4)}, seen=(0, 1, 2))
     assert set(all_found) == {"C0", "C1", "C2", "C3"}
@@ -119,7 +152,8 @@ def test_a_wall_moves_along_itself_with_its_storey_unless_its_ends_were_seen_in_
         for index in indices
         if isinstance(frame := one.faces[index].frame, PlaneFrame)
     ]
-    placed, design = placement(station("A1", POSE, SHAPES, pieces)), model([*SITE, *walls])
+    boxes = [moved_box(shape, (0.3, 0.0, 0.0)) for shape in SHAPES]
+    placed, design = placement(station("A1", POSE, boxes, pieces)), model([*SITE, *walls])
     moved = displaced(match_faces(placed, design, MatchOptions()), design, {})
     assert {"C0", "C1", "C2", "C3"} <= moved.keys()
     assert ({f"W{n}" for n in range(4)} <= moved.keys()) is follows
@@ -133,16 +167,14 @@ def test_what_an_earlier_visit_found_holds_until_the_element_is_seen_again() -> 
 
 def report(moves: Moves, accept: Sequence[str] = (), history: VisitHistory = EMPTY_HISTORY) -> ProgressReport:
     """Return the report of a visit that sees four columns stand by `moves` beside their design."""
-    boxes = [
-        tuple(corner + np.asarray(moves.get(n, (0.0, 0.0, 0.0))) for corner in shape) for n, shape in enumerate(SHAPES)
-    ]
+    boxes = [moved_box(shape, moves.get(n, (0.0, 0.0, 0.0))) for n, shape in enumerate(SHAPES)]
     built = moved_design(model(SITE), {f"C{n}": np.asarray(move, float) for n, move in moves.items()})
     pieces = [
         measured(f"A1/{n}{index}", POSE, one.faces[index].frame, polygon.box(0.0, 0.0, 0.4, 3.0))
         for n, one in enumerate(built.elements)
         for index in (0, 3)
     ]
-    placed = placement(station("A1", POSE, boxes, pieces))  # type: ignore[arg-type]
+    placed = placement(station("A1", POSE, boxes, pieces))
     design, options = model(SITE), ProgressOptions()
     matched = match_faces(placed, design, MatchOptions())
     stands = where_they_stand(matched, design, MatchOptions(), history.moves_m, accept)
