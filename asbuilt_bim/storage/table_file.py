@@ -20,8 +20,9 @@ _Line = tuple[int, Sequence[str | float | date]]
 _DAY = re.compile(r"(\d{4})-(\d{1,2})-(\d{1,2})")
 _DOTTED_DAY = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})")
 _PLAIN = re.compile(r"[+-]?\d+(\.\d+)?([eE][+-]?\d{1,3})?")
-_COMMA = re.compile(r"[+-]?(\d+|\d{1,3}([.  ' ]\d{3})+),\d+")
-_POINT_GROUPS = re.compile(r"[+-]?\d{1,3}([, ' ]\d{3})+\.\d+")
+_COMMA = re.compile(r"[+-]?(\d+|\d{1,3}([.\u00a0\u202f'’ ]\d{3})+),\d+")
+_POINT_GROUPS = re.compile(r"[+-]?\d{1,3}([,\u00a0\u202f'’ ]\d{3})+\.\d+")
+_GROUPS = re.compile(r"[+-]?\d{1,3}([, ' ]\d{3})+\.\d+")
 _GROUPS = re.compile(r"[+-]?\d{1,3}([.,]\d{3})+")
 
 
@@ -48,7 +49,7 @@ class TableFile:
     rows: tuple[TableRow, ...]
     formulas: bool
     commas: bool  # its numbers are written with a decimal comma
-    semicolons: bool = False  # between its cells, as where a decimal comma is customary
+    points: bool = False  # commas stand between its cells, so a point parts no thousands
 
 
 def read_table(path: Path, columns: Columns, needed: Iterable[str], refusal: type[AsBuiltError]) -> TableFile:
@@ -57,7 +58,7 @@ def read_table(path: Path, columns: Columns, needed: Iterable[str], refusal: typ
     Raises:
         AsBuiltError: of the sort `refusal`: no such table, too large, or a needed column is missing or there twice.
     """
-    semicolons = formulas = False
+    points = formulas = False
     lines: list[_Line]
     if path.suffix.lower() in (".xlsx", ".xlsm"):
         book = read_xlsx(path, refusal)
@@ -66,7 +67,7 @@ def read_table(path: Path, columns: Columns, needed: Iterable[str], refusal: typ
         formulas = sheet is not None and sheet.formulas
     else:
         read = csv_table(read_bytes(path, MAX_BYTES, refusal), str(path), refusal)
-        lines, semicolons = [(1, read.header), *read.rows], read.sign == ";"
+        lines, points = [(1, read.header), *read.rows], read.sign == ","
     filled = [(number, cells) for number, cells in lines if any(cell != "" for cell in cells)]
     if not filled:
         raise refusal(f"{path}: the table is empty; `asbuilt-bim template PROJECT.yaml` writes one to fill in")
@@ -78,7 +79,7 @@ def read_table(path: Path, columns: Columns, needed: Iterable[str], refusal: typ
     commas = any(
         isinstance(cell, str) and _is_decimal_comma(cell.strip()) for row in rows for cell in row.cells.values()
     )
-    return TableFile(name=path.name, rows=rows, formulas=formulas, commas=commas, semicolons=semicolons)
+    return TableFile(name=path.name, rows=rows, formulas=formulas, commas=commas, points=points)
 
 
 def number_in(row: TableRow, column: str, table: TableFile) -> float | None:
@@ -98,15 +99,18 @@ def number_in(row: TableRow, column: str, table: TableFile) -> float | None:
     if not text:
         return None
     if table.commas and _COMMA.fullmatch(text):
-        return float(re.sub(r"[.  ' ]", "", text).replace(",", "."))
-    two_ways = table.commas and "." in text
-    if two_ways or (_GROUPS.fullmatch(text) and ("," in text or table.semicolons)):
-        raise ValueError(f"'{text[:40]}' could be meant two ways; write 1234.5, without signs between thousands")
-    if _POINT_GROUPS.fullmatch(text):
-        text = re.sub(r"[, ' ]", "", text)
-    if not _PLAIN.fullmatch(text) or not math.isfinite(float(text)):
-        raise ValueError(f"'{text[:40]}' is no number; write 1234.5")
-    return float(text)
+        return float(re.sub(r"[^-+\d,]", "", text).replace(",", "."))
+    sign, digits = "," if table.commas else ".", re.sub(r"[^-+\d]", "", text)
+    decimal = (table.points and not table.commas and "," not in text) or digits.lstrip("+-").startswith("0")
+    if _GROUPS.fullmatch(text) and not decimal:
+        smaller = f"{digits[:-3]}{sign}{digits[-3:]}0"
+        raise ValueError(f"'{text[:40]}' could be meant two ways; write {digits}, or {smaller}")
+    bare = re.sub(r"[^-+\d.]", "", text) if _POINT_GROUPS.fullmatch(text) else text
+    if not _PLAIN.fullmatch(bare) or not math.isfinite(float(bare)):
+        raise ValueError(f"'{text[:40]}' is no number; write 1234{sign}5, without a unit or a currency")
+    if table.commas and "." in bare:
+        raise ValueError(f"'{text[:40]}' has a point, and others here a decimal comma; write {bare.replace('.', ',')}")
+    return float(bare)
 
 
 def _is_decimal_comma(text: str) -> bool:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from datetime import date
 from pathlib import Path
 
+import openpyxl
 import pytest
 
 from asbuilt_bim.bim.cost_units import currency_of, meant_unit, sign_of
@@ -129,6 +131,23 @@ def test_a_row_without_a_price_adds_its_elements_to_its_item_and_empty_rows_are_
 def test_rows_that_cannot_be_meant_are_refused_by_their_number(tmp_path: Path, rows: list[str], reason: str) -> None:
     with pytest.raises(CostError, match=reason):
         costs(tmp_path, *rows)
+
+
+@pytest.mark.parametrize("item", ["01. Jan", "1-Jan", "Jan 26", "10. Mär"])
+def test_an_item_that_a_spreadsheet_made_a_day_of_is_refused(tmp_path: Path, item: str) -> None:
+    with pytest.raises(CostError, match=f"row 2: the item '{item}' is a day; a spreadsheet makes one of 1.1"):
+        costs(tmp_path, f"{item},a,m3,1,2,,,,,")
+    book = openpyxl.Workbook()
+    for row in (["item", "unit", "quantity", "rate"], [date(2026, 1, 1), "m3", 1, 2]):
+        book.active.append(row)  # type: ignore[union-attr]
+    book.save(tmp_path / "boq.xlsx")
+    with pytest.raises(CostError, match="row 2: the item '2026-01-01' is a day"):
+        read_costs(tmp_path / "boq.xlsx")
+
+
+@pytest.mark.parametrize("item", ["01.01.0010", "1.1", "Mayor 1", "1 Deck"])
+def test_an_item_that_is_no_day_of_a_spreadsheet_stays(tmp_path: Path, item: str) -> None:
+    assert costs(tmp_path, f"{item},a,m3,1,2,,,,,").lines[0].identification == item
 
 
 def test_every_bad_row_is_named_up_to_eight(tmp_path: Path) -> None:

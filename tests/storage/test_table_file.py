@@ -59,6 +59,40 @@ def test_numbers_with_a_decimal_comma(tmp_path: Path, text: str, value: float) -
     assert number_in(found.rows[0], "quantity", found) == value
 
 
+@pytest.mark.parametrize("text", ["1\u00a0234,50", "1\u202f234,50", "1'234,50", "1\u2019234,50", "1 234,50"])
+def test_what_parts_thousands_in_any_country_is_read(tmp_path: Path, text: str) -> None:
+    found = table(tmp_path / "a.csv", f"item;qty\n1;{text}\n")
+    assert number_in(found.rows[0], "quantity", found) == 1234.5
+
+
+@pytest.mark.parametrize("text", ["1.234", "12.500", "-310.125"])
+def test_thousands_of_a_german_spreadsheet_are_no_decimals_between_tabs_nor_as_text_in_a_workbook(
+    tmp_path: Path, text: str
+) -> None:
+    sheet = read_table(book(tmp_path / "a.xlsx", ["item", "qty"], ["1", text]), COLUMNS, ("item",), CostError)
+    tabs = table(tmp_path / "a.csv", f"item\tqty\n1\t{text}\n".encode("utf-16"))
+    for found in (sheet, tabs):
+        with pytest.raises(ValueError, match=f"two ways; write {text.replace('.', '')}, or {text}0$"):
+            number_in(found.rows[0], "quantity", found)
+
+
+@pytest.mark.parametrize("text", ["item;qty\n1;0.278\n", "item;qty\n1;0.2780\n", "item,qty\n1,0.278\n"])
+def test_a_zero_before_the_point_parts_no_thousands(tmp_path: Path, text: str) -> None:
+    found = table(tmp_path / "a.csv", text)
+    assert number_in(found.rows[0], "quantity", found) == 0.278
+
+
+@pytest.mark.parametrize(
+    ("text", "advice"),
+    [("310.00", "write 310,00$"), ("1,310.50", "write 1310,50$"), ("1.310,50 €", "no number; write 1234,5, without")],
+)
+def test_what_is_advised_for_a_number_is_read_in_the_same_table(tmp_path: Path, text: str, advice: str) -> None:
+    found = table(tmp_path / "a.csv", f"item;qty\n1;{text}\n2;0,25\n3;1234,5\n4;1310,50\n")
+    with pytest.raises(ValueError, match=advice):
+        number_in(found.rows[0], "quantity", found)
+    assert [number_in(row, "quantity", found) for row in found.rows[1:]] == [0.25, 1234.5, 1310.5]
+
+
 @pytest.mark.parametrize(
     "text", ["item;qty\n1;1.234\n", 'item,qty\n1,"1,234"\n', "item;qty\n1;1.234\n2;0,5\n", "item,qty\n1,inf\n",
              "item,qty\n1,twelve\n", "item,qty\n1,1 2 3\n", "item,qty\n1,1e999\n"]

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from datetime import date
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from asbuilt_bim.storage.table_file import TableFile, TableRow, number_in, read_
 
 COLUMNS = {
     "item": ("id", "identification", "no", "number", "pos", "position", "oz", "itemno", "code"),
-    "text": ("name", "description", "shorttext", "kurztext", "title"),
+    "text": ("name", "description", "shorttext", "kurztext", "title", "bezeichnung", "beschreibung"),
     "unit": ("einheit", "uom", "me"),
     "quantity": ("qty", "menge", "plannedquantity", "contractquantity"),
     "rate": ("price", "unitprice", "unitrate", "ep", "einheitspreis"),
@@ -34,6 +35,9 @@ _MOST_NAMED = 8
 MAX_NUMBER = 1e12
 MAX_TEXT, MAX_SELECTOR = 500, 2_000
 _ID = re.compile(r"[^\s,;|]+")
+_MONTH = "(jan|feb|mär|mrz|mar|apr|mai|may|jun|jul|aug|sep|okt|oct|nov|dez|dec)"
+_MADE_A_DAY = re.compile(rf"\d{{1,2}}[. -]+{_MONTH}|{_MONTH}[. -]+\d{{2}}", re.IGNORECASE)
+"""What spreadsheets show where somebody typed the item 1.1 or 1.26: `01. Jan`, `Jan 26`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,6 +127,9 @@ def _line(row: TableRow, table: TableFile, faults: list[str]) -> CostLine:
             faults.append(f"row {row.number}, {column}: {problem}")
     if not item:
         faults.append(f"row {row.number}: has no item; give each line its own")
+    if isinstance(row.cells["item"], date) or _MADE_A_DAY.fullmatch(item):
+        advice = "a spreadsheet makes one of 1.1. Make the column text, and type the items again"
+        faults.append(f"row {row.number}: the item '{item}' is a day; {advice}")
     measure, scale = measure_of(unit)
     return CostLine(
         global_id=f"{COSTS_KEY}{item}",
