@@ -161,15 +161,20 @@ def day_in(row: TableRow, column: str) -> date | None:
     if isinstance(cell, date):
         return cell
     text = str(cell).strip()
-    if not text:
-        return None
+    if text and (day := written_day(text)) is None:
+        raise ValueError(f"'{text[:40]}' is no day; write 2026-03-16")
+    return day if text else None
+
+
+def written_day(text: str) -> date | None:
+    """Return the day that a text is (2026-03-16, or 16.03.2026), None where it is none."""
     for pattern, order in ((_DAY, (1, 2, 3)), (_DOTTED_DAY, (3, 2, 1))):
         if found := pattern.fullmatch(text):
             try:
                 return date(*(int(found[part]) for part in order))
             except ValueError:
                 break
-    raise ValueError(f"'{text[:40]}' is no day; write 2026-03-16")
+    return None
 
 
 def refused_rows(path: Path, faults: Sequence[str], refusal: type[AsBuiltError]) -> None:

@@ -36,6 +36,7 @@ from asbuilt_bim.report.workbook.layout import (
     VARIATIONS,
     sum_name,
 )
+from asbuilt_bim.storage.table_file import written_day
 from asbuilt_bim.storage.xlsx_file import XlsxCell, XlsxFile, XlsxSheet, read_xlsx
 
 MAX_TEXT = 500
@@ -175,12 +176,9 @@ def _signature(book: XlsxFile, path: Path) -> tuple[str, date] | None:
     """
     who, when = book.at("signed_by"), book.at("signed_on")
     name = "" if who is None else str(who).strip()
-    if isinstance(when, str) and when.strip():
-        try:
-            when = date.fromisoformat(when.strip())
-        except ValueError as problem:
-            raise WorkbookError(f"{path}: signed on '{when!s:.40}', which is no day; write 2026-03-20") from problem
-    day = when if isinstance(when, date) else None
+    day = _day(when)
+    if isinstance(when, str) and when.strip() and day is None:
+        raise WorkbookError(f"{path}: signed on '{when!s:.40}', which is no day; write 2026-03-20")
     if bool(name) != (day is not None):
         lacks = "the date" if name else "the name"
         raise WorkbookError(f"{path}: {lacks} of who certified it is missing on '{VALUATION}'; write both, or neither")
@@ -190,7 +188,9 @@ def _signature(book: XlsxFile, path: Path) -> tuple[str, date] | None:
 def _rate_of(book: XlsxFile, name: str, path: Path) -> float:
     value = book.at(name)
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 <= value <= 1.0:
-        raise WorkbookError(f"{path}: {name.replace('_', ' ')} on '{VALUATION}' is no percentage from 0 to 100")
+        shown = f"{100.0 * value:g} %" if isinstance(value, int | float) else f"the text '{value!s:.40}'"
+        of = f"{name.replace('_', ' ')} on '{VALUATION}'"
+        raise WorkbookError(f"{path}: {of} is {shown}, and no percentage from 0 % to 100 %; type it as 5 %")
     return float(value)
 
 
@@ -205,22 +205,18 @@ def _overrides(parts: Sequence[Row], bill: _Bill, notes: list[Note]) -> Iterator
             subject = about(SubjectKind.COST_LINE, item)
             notes.append(noted(Reason.OVERRIDE_UNREADABLE, subject, written=str(written)[:40]))
             continue
-        day = row.get("Date")
         yield Override(
             line=keys.get(row["No."], ""),
             element=_text(row, "GlobalId"),
             share=float(written),
             reason=_text(row, "Reason"),
             by=_text(row, "By"),
-            day=day if isinstance(day, date) else _day(day),
+            day=_day(row.get("Date")),
         )
 
 
 def _day(cell: XlsxCell) -> date | None:
-    try:
-        return date.fromisoformat(str(cell).strip())
-    except ValueError:
-        return None
+    return cell if isinstance(cell, date) else written_day(str(cell).strip())
 
 
 def _rates(lines: Sequence[Row], notes: list[Note]) -> Iterator[RateChange]:
@@ -239,7 +235,8 @@ def _variations(rows: Sequence[Row], notes: list[Note]) -> tuple[Variation, ...]
     for index, row in enumerate(rows, 1):
         number = _text(row, "No.") or f"without number {index}"
         bill, quantity, rate, share = (_plain(row.get(key)) for key in ("Bill", "Quantity", "Rate", "Done"))
-        known = quantity is not None and rate is not None and 0.0 <= (share or 0.0) <= 1.0
+        typed = any(isinstance(row.get(key), str) and _text(row, key) for key in ("Bill", "Done"))
+        known = quantity is not None and rate is not None and not typed and 0.0 <= (share or 0.0) <= 1.0
         doubled = any(one.number == number for one in found)
         if not known or doubled:
             notes.append(noted(Reason.VARIATION_UNREADABLE, about(SubjectKind.COST_LINE, number)))

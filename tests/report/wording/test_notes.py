@@ -142,6 +142,12 @@ def test_sentences_are_short(code: Reason) -> None:
             {"written": "50"},
             "last workbook, G1/2: the override reads 5000 %, and was left out. Write one from 0 % to 100 %",
         ),
+        (
+            Reason.OVERRIDE_UNREADABLE,
+            {"written": "80 %"},
+            "last workbook, G1/2: the override is the text '80 %' and no number, and was left out. Give the cell the "
+            "number format of a percentage, and type it as 50 %",
+        ),
         (Reason.SEEN_LITTLE, {"coverage": 0.379}, "Only 37 % of it was seen: too little to say"),
         (
             Reason.STATIONS_NOT_USED,

@@ -105,6 +105,8 @@ def _cell(path: Path, sheet: str, heading: str, row: int) -> object:
         ("Bill", "Rate", "a lot", Reason.RATE_UNREADABLE),
         ("Variations", "Quantity", "some", Reason.VARIATION_UNREADABLE),
         ("Variations", "Done", 1.2, Reason.VARIATION_UNREADABLE),
+        ("Variations", "Done", "50 %", Reason.VARIATION_UNREADABLE),
+        ("Variations", "Bill", "2", Reason.VARIATION_UNREADABLE),
     ],
 )
 def test_what_cannot_be_read_of_a_persons_cells_is_named_and_counts_for_nothing(
@@ -119,6 +121,16 @@ def test_what_cannot_be_read_of_a_persons_cells_is_named_and_counts_for_nothing(
     assert all(one.share == 0.0 for one in last.inputs.variations if code is Reason.VARIATION_UNREADABLE)
 
 
+def test_days_may_be_typed_as_german_text(workbook: Path) -> None:
+    by_day = read_last_workbook(typed(workbook, SIGNED)).inputs
+    german = f"{DAY:%d.%m.%Y}"
+    typed(workbook, {("", "signed_on"): german, at(workbook, "Cost by element", "Date", 3): "02.03.2026",
+                     at(workbook, "Cost by element", "Override", 3): 0.25})  # fmt: skip
+    by_text = read_last_workbook(workbook).inputs
+    assert by_text.certificates[-1].signed_on == by_day.certificates[-1].signed_on == DAY
+    assert by_text.overrides[0].day == date(2026, 3, 2)
+
+
 Change = Callable[[Path], dict[tuple[str, str], str | float | date | None]]
 
 
@@ -128,7 +140,8 @@ Change = Callable[[Path], dict[tuple[str, str], str | float | date | None]]
         (lambda p: {("", "signed_by"): "Ann"}, "the date of who certified it is missing"),
         (lambda p: {("", "signed_on"): DAY}, "the name of who certified it is missing"),
         (lambda p: {**SIGNED, ("", "signed_on"): "soon"}, "no day"),
-        (lambda p: {("", "tax_rate"): 19.0}, "tax rate .* is no percentage"),
+        (lambda p: {("", "tax_rate"): 19.0}, "tax rate on 'Valuation' is 1900 %, and no percentage from 0 % to 100 %"),
+        (lambda p: {("", "tax_rate"): "19 %"}, "tax rate on 'Valuation' is the text '19 %', and no percentage"),
         (lambda p: {("", "asbuilt_bim_valuation"): 2}, "another version"),
         (lambda p: {**SIGNED, at(p, "Bill", "Certified amount", 0): 1e6}, "isn't"),
         (lambda p: {**SIGNED, at(p, "Bill", "Certified quantity", 0): None}, "has no value, and none is guessed"),

@@ -148,7 +148,10 @@ def _contradicts(note: Note) -> str:
 
 
 def _unreadable(note: Note) -> str:
-    text = "last workbook, {subject.name}: the override '{written}' is no percentage from 0 to 100 and was left out"
+    text = (
+        "last workbook, {subject.name}: the override is the text '{written}' and no number, and was left out. Give the "
+        "cell the number format of a percentage, and type it as 50 %"
+    )
     try:
         share = float(str(note.values["written"]))
     except ValueError:
@@ -195,7 +198,7 @@ VALUATION_NOTES: Mapping[Reason, Template] = {
     Reason.RATE_CHANGED: _rate,
     Reason.RATE_UNUSED: _rate_unused,
     Reason.RATE_UNREADABLE: "last workbook, {subject.name}: the rate '{written}' is no number; the costs' own counts",
-    Reason.VARIATION_UNREADABLE: "last workbook, {subject.name}: quantity, rate and share done must be numbers, and "
-    "the share one from 0 to 100 %. It is worth nothing until then",
+    Reason.VARIATION_UNREADABLE: "last workbook, {subject.name}: bill, quantity, rate and share done must be numbers "
+    "and no text, the share one from 0 to 100 %. It is worth nothing until then",
     Reason.CERTIFICATE_LATER: "valuation {number} was signed on the visit of {visit}, after this one",
 }
