@@ -10,21 +10,34 @@ from asbuilt_bim.errors import ScheduleError
 from asbuilt_bim.schedule.rows import ScheduleRow, at_time, global_ids, listed, moment
 from asbuilt_bim.storage.csv_file import csv_table
 
-DURATIONS = ("duration", "plannedduration", "originalduration", "remainingduration", "days")
+DURATIONS = ("duration", "plannedduration", "originalduration", "remainingduration", "days", "dauer")
 COLUMNS = {
     "id": ("id", "identification", "taskid", "activityid", "wbs", "nr", "nr.", "psp", "pspcode"),
     "name": ("name", "task", "taskname", "activityname", "activity", "vorgangsname", "vorgang"),
-    "start": ("start", "plannedstart", "startdate", "schedulestart", "anfang", "beginn"),
-    "finish": ("finish", "end", "plannedfinish", "finishdate", "enddate", "schedulefinish", "ende"),
+    "start": ("start", "plannedstart", "startdate", "schedulestart", "anfang", "beginn", "startdatum", "anfangstermin"),
+    "finish": (
+        "finish",
+        "end",
+        "plannedfinish",
+        "finishdate",
+        "enddate",
+        "schedulefinish",
+        "ende",
+        "enddatum",
+        "endtermin",
+    ),
     "baseline start": ("baselinestart", "baselinestartdate", "blprojectstart", "geplanteranfang"),
     "baseline finish": ("baselinefinish", "baselinefinishdate", "baselineend", "blprojectfinish", "geplantesende"),
     "globalids": ("globalid", "globalids", "elements", "ifcglobalid", "ifcglobalids"),
 }
 """What a column may be called; capitals, spaces, dashes and underscores don't count."""
-_ACTUAL = re.compile(r"actual(start|finish|end)(date)?|.*(%|percent|pct)(work)?completed?")
+_ACTUAL = re.compile(
+    r"actual(start|finish|end)(date)?|.*(%|percent|pct)(work)?completed?"
+    r"|ist(anfang|ende)|(tatsächlich|aktuell)e[rs](anfang|ende)|.*(%|prozent)(arbeit)?abgeschlossen"
+)
 _NO_DATE = ("", "NA", "NV")
 """How MS Project's tables leave a date out, in English and in German."""
-_GERMAN = re.compile(r"(?:[A-Za-z]{2,3}\.? )?(\d{1,2})\.(\d{1,2})\.(\d{4}|\d{2})(?: (\d{1,2}):(\d{2}))?")
+_GERMAN = re.compile(r"(?:[A-Za-z]{2,3}\.? )?(\d{1,2})\.(\d{1,2})\.(\d{4}|\d{2})(?: (\d{1,2}):(\d{2})(?::\d{2})?)?")
 """02.03.2026, as MS Project writes it in German, too: `Mo 02.03.26 08:00`."""
 MAX_FAULTS = 8
 
@@ -103,7 +116,10 @@ def _date(written: str, end: bool, number: int, faults: list[str]) -> datetime |
     when = moment(written, end=end)
     if when is None:
         shown = written if len(written) <= 40 else written[:37] + "..."
-        faults.append(f"line {number}: '{shown}' is no date; write 2026-03-02 (what 03/02 means differs by country)")
+        faults.append(
+            f"line {number}: '{shown}' is no date; write 2026-03-02 or 02.03.2026 (what 03/02 means differs by "
+            "country), or give the plan as XML, as MS Project and P6 save it"
+        )
     return when
 
 
@@ -122,7 +138,7 @@ def _places(header: Sequence[str], path: Path) -> dict[str, int]:
     if missing:
         raise ScheduleError(
             f"{path}: the first line names no column {', '.join(missing)}; a schedule as CSV has the columns "
-            "id, name, start, finish, and where wanted globalids"
+            f"id, name, start, finish, and where wanted globalids, and this one has {', '.join(header)[:120]}"
         )
     return places
 

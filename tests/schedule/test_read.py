@@ -154,6 +154,27 @@ def test_a_table_that_ms_project_exports_in_german_is_read(tmp_path: Path) -> No
     assert read_schedule(written(tmp_path, late, "plan.csv")).rows[0].finish == datetime(2026, 3, 6, 17)
 
 
+@pytest.mark.parametrize("heads", ["Startdatum;Enddatum", "Anfangstermin;Endtermin", "Beginn;Ende"])
+def test_german_headings_and_seconds_of_a_schedule_are_read(tmp_path: Path, heads: str) -> None:
+    text = f"Nr.;Vorgang;{heads}\n7;Wände EG;02.03.2026 08:00:00;06.03.2026 17:00:00\n"
+    (row,) = read_schedule(written(tmp_path, text, "plan.csv")).rows
+    assert (row.start, row.finish) == (datetime(2026, 3, 2, 8), datetime(2026, 3, 6, 17))
+
+
+def test_german_durations_and_actual_dates_are_said_not_to_be_read(tmp_path: Path) -> None:
+    text = "Vorgangsname;Dauer;Anfang;Ende;Ist-Anfang;Aktuelles Ende;% Abgeschlossen\nA;5 Tage;02.03.26;;NV;NV;50%\n"
+    durations, actual = read_schedule(written(tmp_path, text, "plan.csv")).notes
+    assert durations.values == {"column": "Dauer", "count": 1}
+    assert actual.values == {"columns": ("Ist-Anfang", "Aktuelles Ende", "% Abgeschlossen"), "count": 3}
+
+
+def test_a_schedule_with_other_headings_or_dates_is_refused_with_what_it_has_and_what_to_do(tmp_path: Path) -> None:
+    with pytest.raises(ScheduleError, match=r"no column finish; .* and this one has Nr, Vorgang, Anfang, Fertig$"):
+        read_schedule(written(tmp_path, "Nr;Vorgang;Anfang;Fertig\n1;A;02.03.26;06.03.26\n", "plan.csv"))
+    with pytest.raises(ScheduleError, match=r"'2. März 2026' is no date; .* or give the plan as XML, as MS Project"):
+        read_schedule(written(tmp_path, "Vorgang;Anfang;Ende\nA;2. März 2026;06.03.26\n", "plan.csv"))
+
+
 def test_durations_in_a_csv_are_said_not_to_be_read_where_a_finish_is_missing(tmp_path: Path) -> None:
     text = "name,start,Duration,finish\nA,2026-03-02,5,\nB,2026-03-02,5,2026-03-06\n"
     (note,) = read_schedule(written(tmp_path, text, "plan.csv")).notes
