@@ -132,7 +132,7 @@ def _rows(path: Path) -> tuple[list[_Row], list[str]]:
     rows: list[_Row] = []
     problems: list[str] = []
     for number, cells in table.rows:
-        row = _row(dict(zip(header, cells, strict=False)), number, table.sign == ";")
+        row = _row(dict(zip(header, cells, strict=False)), number, table.sign != ",")
         if isinstance(row, _Row):
             rows.append(row)
         else:

@@ -17,6 +17,7 @@ _ONE_OF_TWO = {
     ";": "a semicolon within a cell makes two of one: put quotation marks round it",
     "\t": "a tab within a cell makes two of one: put quotation marks round it",
 }
+_ONE_CELL = "in Excel part the first column with Data > Text to Columns, and save the table as CSV UTF-8 again"
 CsvRow = tuple[int, list[str]]
 """Its line in the file, and its cells."""
 
@@ -46,7 +47,8 @@ def csv_table(data: bytes, name: str, refusal: type[AsBuiltError], *, comments: 
     try:
         for row in reader:
             cells = [_unquoted(cell) for cell in row]
-            if not any(cells) or (comments and cells[0].startswith("#")):
+            says_sign = not found and cells[0].lower() == "sep="  # a first line for Excel: `sep=;`
+            if not any(cells) or says_sign or (comments and cells[0].startswith("#")):
                 continue
             if any(len(cell) > MAX_CELL for cell in cells):
                 raise refusal(f"{name}, line {reader.line_num}: a cell of over {MAX_CELL:,} characters")
@@ -58,12 +60,14 @@ def csv_table(data: bytes, name: str, refusal: type[AsBuiltError], *, comments: 
         raise refusal(f"{name}, line {reader.line_num}: no CSV ({cause}); save it as CSV again") from problem
     (at, header), *rows = found or [(1, [])]
     header = header[: _width(header)]
+    if len(header) == 1 and any(mark in header[0] for mark in _ONE_OF_TWO):
+        raise refusal(f"{name}, line {at}: all headings stand in one cell; {_ONE_CELL}")
     wide = [(line, _width(cells)) for line, cells in rows if _width(cells) > len(header)]
     if wide:
         more = f" (and {len(wide) - 1} more lines)" if len(wide) > 1 else ""
         raise refusal(
             f"{name}, line {wide[0][0]}: {wide[0][1]} cells under the {len(header)} headings of line {at}{more}; "
-            f"{_ONE_OF_TWO[sign]}. A further column needs a heading"
+            f"{_ONE_OF_TWO[sign]}. A further column needs a heading, and nothing may stand above the headings"
         )
     return CsvTable(header=tuple(header), rows=tuple(rows), sign=sign)
 

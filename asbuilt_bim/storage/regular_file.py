@@ -70,4 +70,6 @@ def as_text(data: bytes, refusal: type[AsBuiltError], name: str, encoding: str =
     try:
         return data.decode(encoding)
     except UnicodeDecodeError as problem:
-        raise refusal(f"{name}: not UTF-8 text (byte {problem.start}); save it as UTF-8") from problem
+        line = data.count(b"\n", 0, problem.start) + 1
+        advice = "save it as UTF-8: in Excel as CSV UTF-8, in Notepad with that encoding"
+        raise refusal(f"{name}: line {line} is no UTF-8 text; {advice}") from problem

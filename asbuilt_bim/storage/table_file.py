@@ -212,7 +212,7 @@ def _places(
     if missing:
         raise refusal(
             f"{path}: the first row names no column {', '.join(missing)}; known are {', '.join(columns)}. "
-            "`asbuilt-bim template PROJECT.yaml` writes a table to fill in"
+            "Nothing may stand above the headings. `asbuilt-bim template PROJECT.yaml` writes a table to fill in"
         )
     return places
 

@@ -37,9 +37,11 @@ def test_markers_are_read_in_the_print_s_corner_order(tmp_path: Path) -> None:
     assert markers[0].marker_id == 7 and markers[0].sigma_m == 0.002  # type: ignore[attr-defined]
 
 
-def test_a_german_export_with_semicolons_decimal_commas_and_a_byte_order_mark_is_read(tmp_path: Path) -> None:
-    text = table({7: SQUARE}).replace(",", ";").replace(".", ",")
-    markers = read(tmp_path, text, "utf-8-sig")
+@pytest.mark.parametrize(("sign", "encoding"), [(";", "utf-8-sig"), ("\t", "utf-16")])
+def test_a_german_export_with_decimal_commas_and_a_byte_order_mark_is_read(
+    tmp_path: Path, sign: str, encoding: str
+) -> None:
+    markers = read(tmp_path, table({7: SQUARE}).replace(",", sign).replace(".", ","), encoding)
     np.testing.assert_allclose(markers[0].corners_m, SQUARE)  # type: ignore[attr-defined]
 
 

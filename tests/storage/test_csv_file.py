@@ -98,6 +98,23 @@ def test_empty_cells_at_a_row_s_end_are_harmless_and_a_heading_left_empty_is_non
         csv_table(b"a,b,,\n310,75,x\n", "t.csv", CostError)
 
 
+def test_a_line_that_tells_excel_the_sign_between_cells_is_no_heading() -> None:
+    found = csv_table(b"sep=;\r\na;b\r\n1;2\r\n", "t.csv", CostError)
+    assert (found.header, found.rows, found.sign) == (("a", "b"), ((3, ["1", "2"]),), ";")
+
+
+def test_a_table_that_a_spreadsheet_kept_in_one_column_is_told_to_be_parted() -> None:
+    with pytest.raises(
+        CostError, match=r"t\.csv, line 1: all headings stand in one cell; in Excel part .* Text to Col"
+    ):
+        csv_table(b'"item,text,unit"\r\n"1.1,Walls,m3"\r\n', "t.csv", CostError)
+
+
+def test_a_title_above_the_headings_is_told_to_be_taken_away() -> None:
+    with pytest.raises(CostError, match="nothing may stand above the headings"):
+        csv_table(b"Bill of block H;;\r\nitem;text;unit\r\n1.1;Walls;m3\r\n", "t.csv", CostError)
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [

@@ -43,7 +43,7 @@ def read_control_points(path: Path) -> ControlPoints:
     if missing := [name for name in COLUMNS if name not in head]:
         raise CalibrationError(f"control points {path}: columns are missing: {', '.join(missing)}; needed are "
                                f"{', '.join(COLUMNS)}")  # fmt: skip
-    return _points(path, table.rows, [head.index(name) for name in COLUMNS], "," if table.sign == ";" else ".")
+    return _points(path, table.rows, [head.index(name) for name in COLUMNS], "." if table.sign == "," else ",")
 
 
 def _points(path: Path, rows: Iterable[CsvRow], at: list[int], decimal: str) -> ControlPoints:

@@ -134,9 +134,10 @@ def test_bad_lines_of_control_points_are_named(tmp_path: Path, rows: str, says: 
     assert says in str(raised.value) and str(file) in str(raised.value)
 
 
-def test_control_points_between_semicolons_may_have_decimal_commas(tmp_path: Path) -> None:
+@pytest.mark.parametrize("sign", [";", "\t"])
+def test_control_points_between_semicolons_or_tabs_may_have_decimal_commas(tmp_path: Path, sign: str) -> None:
     file = tmp_path / "points.csv"
-    file.write_text(";".join(COLUMNS) + "\nA;1,5;2;3;10,25;4;;\n", encoding="utf-8")
+    file.write_text(sign.join(COLUMNS) + "\nA;1,5;2;3;10,25;4;;\n".replace(";", sign), encoding="utf-8")
     found = read_control_points(file)
     assert found.points_m.tolist() == [[1.5, 2.0, 3.0]] and found.left_px.tolist() == [[10.25, 4.0]]
 
