@@ -7,7 +7,7 @@ from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import ProjectError, Rejection, rejected
 from asbuilt_bim.project.mistakes import first_rows
 from asbuilt_bim.project.model import Project, Visit
-from asbuilt_bim.project.paths import file_alike
+from asbuilt_bim.storage.regular_file import file_alike
 
 NEAR = timedelta(days=1)
 """Camera clocks run on another zone's time, and a visit may last past midnight."""

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from asbuilt_bim.project.file import ProjectFile
-from asbuilt_bim.project.paths import PathChecker, file_alike
+from asbuilt_bim.project.paths import PathChecker
+from asbuilt_bim.storage.regular_file import file_alike
 from asbuilt_bim.storage.strict_yaml import YamlDocument
 from asbuilt_bim.storage.structure import Problem, Problems, structure
 

@@ -6,13 +6,13 @@ import sys
 import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from asbuilt_bim.storage.structure import Problems
 
 _RESERVED = {"CON", "PRN", "AUX", "NUL", *(f"{port}{n}" for port in ("COM", "LPT") for n in "123456789")}
 _FORBIDDEN = re.compile(r'[\\/:*?"<>|\x00-\x1f\x7f]')
+_TYPED_QUOTES = tuple("„“”«»")
 MAX_NAME = 64
 """A station's name becomes part of file names; longer ones meet Windows' 260 characters."""
 MAX_PATH, MAX_PART = 4000, 255
@@ -63,17 +63,6 @@ def _lack(folder: Path, names: Sequence[str]) -> str:
         there = f"; beside it: {_some(beside)}" if beside else ""
         return f"there is no folder {folder}{there}"
     return f"no file fits it in {folder}" + (f", which holds {_some(names)}" if names else ", which is empty")
-
-
-def file_alike(missing: Path, *, folders: bool = False) -> str:
-    """Say which file of its kind, or folder, lies where one is missing that is called nearly so; "" where none does."""
-    try:
-        beside = missing.parent.glob(f"*{missing.suffix}")
-        there = {one.stem: one.name for one in beside if one.is_file() or (folders and one.is_dir())}
-    except (OSError, ValueError):
-        return ""
-    alike = get_close_matches(missing.stem, there, n=1)
-    return f" ({there[alike[0]]} lies there: is it that?)" if alike else ""
 
 
 def _some(names: Sequence[str]) -> str:
@@ -165,6 +154,8 @@ class PathChecker:
     def _possible(self, text: str, where: str) -> bool:
         """Say whether a text can be a path on this system at all."""
         wrong = ""
+        if text[:1] in _TYPED_QUOTES:
+            wrong = f"'{text}': {text[0]} is no quotation mark here, but a part of the name; write \", or none"
         try:
             lengths = [len(os.fsencode(part)) for part in (text, *re.split(r"[\\/]", text))]
         except UnicodeEncodeError:

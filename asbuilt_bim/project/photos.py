@@ -7,8 +7,8 @@ from pathlib import Path
 from asbuilt_bim.errors import OptionError, PhotoError
 from asbuilt_bim.project.found import PICTURES, name_of, partner_of, photos_in
 from asbuilt_bim.project.model import Project, Station
-from asbuilt_bim.project.paths import file_alike
 from asbuilt_bim.project.stations import counted
+from asbuilt_bim.storage.regular_file import file_alike
 
 
 def stations_of(photos: Sequence[Path], project: Project) -> tuple[Station, ...]:

@@ -28,11 +28,11 @@ from asbuilt_bim.project.mistakes import further_mistakes, message
 from asbuilt_bim.project.model import Project, RigSource, Station, Video, Visit
 from asbuilt_bim.project.networks import NetworkChoice
 from asbuilt_bim.project.options import Options
-from asbuilt_bim.project.paths import MAX_PAIRS, PathChecker, file_alike, safe_name
+from asbuilt_bim.project.paths import MAX_PAIRS, PathChecker, safe_name
 from asbuilt_bim.project.rules import check_dates, check_photos, check_places
 from asbuilt_bim.project.stations import check_names, listed_stations, listed_visits
 from asbuilt_bim.storage.plugins import PREFIX
-from asbuilt_bim.storage.regular_file import path_of
+from asbuilt_bim.storage.regular_file import file_alike, path_of
 from asbuilt_bim.storage.strict_yaml import read_yaml
 from asbuilt_bim.storage.structure import Problems, structure
 from asbuilt_bim.vision.networks.bundled import BUNDLED, bundled_card

@@ -2,6 +2,7 @@
 
 import errno
 import stat
+from difflib import get_close_matches
 from io import BufferedReader
 from pathlib import Path
 
@@ -50,13 +51,29 @@ def read_bytes(path: Path, most: int, refusal: type[AsBuiltError], name: str = "
         with open_regular(path) as file:
             data = file.read(most + 1)
     except FileNotFoundError as problem:
-        raise refusal(f"{name or path}: there is no such file; check the path") from problem
+        raise refusal(f"{name or path}: there is no such file{file_alike(path)}; check the path") from problem
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or problem
         raise refusal(f"{name or path}: can't be read ({reason}); check the path") from problem
     if len(data) > most:
         raise refusal(f"{name or path}: larger than {most / 1e6:g} MB, which no such file is; check the path")
     return data
+
+
+def file_alike(missing: Path, *, folders: bool = False) -> str:
+    """Say which file of its kind, or folder, lies where one is missing that is called nearly so; "" where none does.
+
+    Windows hides endings: who saves `project.yaml` in Notepad has a `project.yaml.txt`, and doesn't see it.
+    """
+    try:
+        if missing.with_name(f"{missing.name}.txt").is_file():
+            return f" ({missing.name}.txt lies there, and Windows may hide its ending: take the .txt away)"
+        beside = missing.parent.glob(f"*{missing.suffix}")
+        there = {one.stem: one.name for one in beside if one.is_file() or (folders and one.is_dir())}
+    except (OSError, ValueError):
+        return ""
+    alike = get_close_matches(missing.stem, there, n=1)
+    return f" ({there[alike[0]]} lies there: is it that?)" if alike else ""
 
 
 def as_text(data: bytes, refusal: type[AsBuiltError], name: str, encoding: str = "utf-8-sig") -> str:

@@ -5,7 +5,7 @@
 
 import codecs
 import re
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ MAX_BYTES = 1_000_000
 MAX_NODES = 100_000
 """Keys, values and lists, each counted. A thousand stations are 7,000; a million letters of `a, a, a` take minutes."""
 
+_NO_BLANK = re.compile(r"[\s-]*\w+:[^\s/\\]")
 _BEHIND_HASH = re.compile(r"^#(\w+):", re.MULTILINE)
 _TAG = "tag:yaml.org,2002:"
 
@@ -157,8 +158,23 @@ def yaml_words(problem: Exception, text: str) -> str:
         return f", line {mark.line + 1}: {problem.problem}"
     shown = "".join(c for c in "".join(text.splitlines()[mark.line : mark.line + 1]).strip() if c.isprintable())
     begun = f", in what begins in line {problem.context_mark.line + 1}" if problem.context_mark else ""
-    hint = "check how it is indented, and its colons, quotes and brackets"
+    first = problem.context_mark.line if problem.context_mark else mark.line
+    hint = _slip(text.splitlines()[first : mark.line + 1], first + 1)
     return f", line {mark.line + 1}{f' ({shown:.60})' if shown else ''}: {problem.problem}{begun}; {hint}"
+
+
+def _slip(lines: Sequence[str], first: int) -> str:
+    """Return what to do about lines that are no YAML: what is wrong with one of them, else where to look."""
+    for number, line in enumerate(lines, first):
+        if "\t" in line[: len(line) - len(line.lstrip())]:
+            return f"a tab stands at the beginning of line {number}: put blanks there"
+        if "\u00a0" in line:
+            return f"a no-break space stands in line {number}: type a blank in its place"
+        if '"' in line and "\\" in line:
+            return f"in quotation marks, as in line {number}, write / for \\"
+        if _NO_BLANK.match(line):
+            return f"put a blank behind the colon in line {number}"
+    return "check how it is indented, and its colons, quotes and brackets"
 
 
 def _text(path: Path) -> str:

@@ -6,6 +6,7 @@ Supported: dataclasses, `tuple[T, ...]`, `dict[str, T]`, `T | None`, `tuple | T`
 
 import dataclasses
 import difflib
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from datetime import date
@@ -17,13 +18,14 @@ from cattrs.errors import BaseValidationError, ForbiddenExtraKeysError
 from cattrs.gen import make_dict_structure_fn, override
 
 Hook = Callable[[Any, Any], Any]
+_WRITTEN = re.compile(r"\s*[+-]?[\d.,]+\s*[^\d.,]*")
 MOST = 1e15
 """Numbers of a file lie below: nothing that is measured is larger, and floats hold whole numbers no further."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Within:
-    """Bounds of a number, both allowed, with its unit; `hint` says what a value outside usually is."""
+    """Bounds of a number, both allowed, with its unit; `hint` says what a value above usually is."""
 
     low: float
     high: float
@@ -33,7 +35,7 @@ class Within:
     def checked(self, value: float) -> float:
         """Return the number, or raise ValueError where it lies outside."""
         if not self.low <= value <= self.high:
-            unit, hint = self.unit and f" {self.unit}", self.hint and f"; {self.hint}"
+            unit, hint = self.unit and f" {self.unit}", f"; {self.hint}" if self.hint and value > self.high else ""
             raise ValueError(f"expected {self.low:g} to {self.high:g}{unit}, got {value:g}{unit}{hint}")
         return value
 
@@ -134,6 +136,15 @@ def _number(value: Any, *sorts: type) -> bool:
     return isinstance(value, sorts) and not isinstance(value, bool) and -MOST < value < MOST  # type: ignore[operator]
 
 
+def _real(value: Any, _: Any) -> float:
+    """Return a number; one that is written as in Germany, in quotes or with its unit is told how to write it."""
+    if _number(value, int, float):
+        return float(value)
+    written = _WRITTEN.fullmatch(value) if isinstance(value, str) else None
+    advice = "; write a number alone, with a point and without quotes; its unit stands in the key" if written else ""
+    raise ValueError(f"expected a number, got {_shown(value)}{advice}")
+
+
 def _of(*origins: Any) -> Callable[[Any], bool]:
     return lambda kind: get_origin(kind) in origins
 
@@ -142,7 +153,7 @@ _CONVERTER = Converter(structure_fallback_factory=lambda _: _only(lambda value: 
 for _kind, _hook in (
     (bool, _only(lambda value: isinstance(value, bool), "true or false")),
     (int, _only(lambda value: _number(value, int), "a whole number")),
-    (float, _only(lambda value: _number(value, int, float), "a number", lambda value, _: float(value))),
+    (float, _real),
     (str, _text),
     (date, _only(lambda value: type(value) is date, "a date such as 2026-03-02")),
 ):

@@ -136,10 +136,16 @@ def test_every_mistake_is_named_at_once_with_its_line(tmp_path: Path) -> None:
         ({"visits__0": "2026-03-02"}, "visits[0]: expected keys with values, such as date, stations, got '2026"),
         ({"options": {"register": {"max_residual": 2}}}, "did you mean max_residual_px?"),
         ({"options": {"register": {"max_residual_px": "two"}}}, "options.register.max_residual_px: expected a number"),
+        *(
+            ({"target": {"diameter_m": written}}, f"got '{written}'; write a number alone, with a point and without q")
+            for written in ("0,30", "0.30", "30 cm", "1.234,5")
+        ),
+        ({"target": {"diameter_m": 0}}, "target.diameter_m: expected 0.05 to 2 m, got 0 m\n"),
+        ({"ifc": "„design.ifc“"}, "ifc: '„design.ifc“': „ is no quotation mark here, but a part of the name"),
     ],
 )
 def test_each_mistake_says_where_and_what_was_expected(tmp_path: Path, changes: dict[str, Any], says: str) -> None:
-    text = refusal(write_project(tmp_path, changed(**changes)))
+    text = f"{refusal(write_project(tmp_path, changed(**changes)))}\n"
     assert says in text, text
     assert "project.yaml" in text
 

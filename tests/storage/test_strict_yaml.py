@@ -89,6 +89,15 @@ def test_a_missing_file_and_a_folder_are_named(tmp_path: Path) -> None:
         read_yaml(tmp_path)
 
 
+def test_a_file_whose_ending_windows_hides_is_named(tmp_path: Path) -> None:
+    (tmp_path / "project.yaml.txt").write_text("a: 1\n", encoding="utf-8")
+    with pytest.raises(ProjectError, match=r"no such file \(project\.yaml\.txt lies there, .* take the \.txt away\)"):
+        read_yaml(tmp_path / "project.yaml")
+    (tmp_path / "project.yaml.txt").rename(tmp_path / "projekt.yaml")
+    with pytest.raises(ProjectError, match=r"no such file \(projekt\.yaml lies there: is it that\?\)"):
+        read_yaml(tmp_path / "project.yaml")
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
@@ -98,12 +107,20 @@ def test_a_missing_file_and_a_folder_are_named(tmp_path: Path) -> None:
             "v:\n  - s:\n      - n: 1\n     - n: 2\n",
             r"line 4 \(- n: 2\): .*in what begins in line 2; check how it is in",
         ),
-        ("a:\n\tb: 2\n", r"line 2 \(b: 2\): found character '\\t'"),
+        (
+            "a:\n\tb: 2\n",
+            r"line 2 \(b: 2\): found character '\\t'.*; a tab stands at the beginning of line 2: put blanks",
+        ),
+        ("a: 1\nifc:\u00a0x.ifc\nb: 2\n", "line 3 .*; a no-break space stands in line 2: type a blank in its place"),
+        ("a: 1\nname:Site\nb: 2\n", "line 3 .*; put a blank behind the colon in line 2"),
         ("a: [1, 2\nb: 3\n", r"line 2 \(b: 3\): expected ',' or ']', but got ':', in what begins in line 1"),
         ('a: "x\nb: 3\n', "line 3: found unexpected end of stream, in what begins in line 1"),
         ("a: 1\nb 2\nc: 3\n", "could not find expected ':', in what begins in line 2"),
         ("a: @x\n", r"line 1 \(a: @x\): found character '@' that cannot start"),
-        ('a: "C:\\photos"\n', r"line 1 \(a: .C:.photos.\): found unknown escape character 'p'"),
+        (
+            'a: "C:\\photos"\n',
+            r"line 1 \(a: .C:.photos.\): found unknown escape character 'p'.*; in quotation .* write / for",
+        ),
         ("a: 1\n---\nb: 2\n", r"line 2 \(---\): .*another document"),
         ("x: 1\ndate: 2026-02-30\n", "line 2: 2026-02-30 is no day of the calendar"),
         ("date: 2026-03-02 25:00:00\n", "line 1: .* is no day of the calendar"),
