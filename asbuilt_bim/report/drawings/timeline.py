@@ -4,6 +4,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import date, datetime, timedelta
 
+from asbuilt_bim.report.wording.values import day_and_month
+
 MOST_TICKS = 7
 _DAYS = (1, 2, 7, 14)
 _MONTHS = (1, 2, 3, 6, 12, 24, 60, 120, 600, 1200, 6000, 12000)
@@ -38,8 +40,10 @@ class TimeAxis:
         span = (self.last - self.first).days + 1
         step = next((days for days in _DAYS if span / days <= MOST_TICKS), None)
         days = self._days(step) if step else self._months(span)
-        form = "%m-%d" if step else "%Y-%m" if span < _DAYS_OF_A_MONTH * 60 else "%Y"
-        return tuple(Tick(at=self.at(datetime(one.year, one.month, one.day)), words=one.strftime(form)) for one in days)
+        letters = len("2026-03") if span < _DAYS_OF_A_MONTH * 60 else len("2026")
+        words = [day_and_month(one) if step else one.isoformat()[:letters] for one in days]
+        places = [self.at(datetime(one.year, one.month, one.day)) for one in days]
+        return tuple(Tick(at=at, words=word) for at, word in zip(places, words, strict=True))
 
     def _days(self, step: int) -> list[date]:
         start = self.first if step < 7 else self.first + timedelta(days=-self.first.weekday() % 7)

@@ -5,6 +5,7 @@ import re
 from datetime import date, datetime
 
 UNKNOWN = "unknown"
+_MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff\ufffe\uffff]")
 _MOST_DECIMALS = 12
 _EVEN = 1e-6  # of a tenth of a percent: what a sum of shares errs by
@@ -37,6 +38,11 @@ def share_of_money(share: float) -> str:
 def percent_certain(share: float) -> str:
     """Write a lower bound as whole percents, rounded down: a certificate may rest on it."""
     return f"{math.floor(share * 100 + 1e-9)} %"
+
+
+def day_and_month(day: date) -> str:
+    """Write a day of a year that is known as `9 Mar`: 03-09 is another day in another country."""
+    return f"{day.day} {_MONTHS[day.month - 1]}"
 
 
 def odds(chance: float) -> str:

@@ -49,6 +49,13 @@ def test_days_are_named_in_order_within_the_drawing_and_never_too_many(span: int
     assert axis.at(axis.first) <= axis.at(axis.last)
 
 
+def test_a_day_on_an_axis_is_the_same_in_every_country() -> None:
+    spans = {7: "8 Mar", 40: "9 Mar", 200: "2026-04", 3000: "2028"}
+    for days, words in spans.items():
+        axis = axis_over([date(2026, 3, 8), date(2026, 3, 8) + timedelta(days=days)])
+        assert words in [tick.words for tick in axis.ticks], axis.ticks
+
+
 def test_a_tasks_bar_is_filled_to_what_is_certain_and_hatched_to_what_is_possible() -> None:
     report = sample_report()
     for row, task in zip(rows(gantt(report)), task_rows(report), strict=True):
