@@ -9,7 +9,7 @@ import click
 from asbuilt_bim.scale.executor import one_thread_each
 from asbuilt_bim.terminal.guarded import FAILED, drop_unprinted, full_disk, guarded, open_closed_streams
 from asbuilt_bim.terminal.networks_group import networks
-from asbuilt_bim.terminal.parameters import BOARD, FAMILY_NAMES, Day, FilePath, Metres, PhotoSize
+from asbuilt_bim.terminal.parameters import BOARD, FAMILY_NAMES, Command, Day, FilePath, Metres, PhotoSize
 from asbuilt_bim.terminal.print_group import sheets
 from asbuilt_bim.terminal.screen import Screen
 from asbuilt_bim.version import __version__
@@ -29,6 +29,9 @@ def app(context: click.Context, debug: bool) -> None:
     is wrong.
     """
     context.obj = debug
+
+
+app.command_class = Command
 
 
 @app.command(short_help="Measure the photos, and report what was built.")

@@ -41,6 +41,23 @@ def wide(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "130")
 
 
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["Haus", "Süd/project.yaml"], "(Süd/project.yaml); a path with a blank in it needs quotation marks round it"),
+        (["project.yaml", "\u2014out", "results"], "an option begins with two hyphens, not with \u2014"),
+    ],
+)
+def test_a_blank_without_quotes_and_a_dash_for_hyphens_are_told_as_what_they_are(words: list[str], says: str) -> None:
+    result = invoke("run", *words)
+    assert result.exit_code == 2 and says in result.stderr
+
+
+def test_a_length_with_a_decimal_comma_is_told_with_a_point() -> None:
+    result = invoke("print", "target", "--diameter", "0,3", "--out", "target.pdf")
+    assert result.exit_code == 2 and "write it with a point, such as 0.30" in result.stderr
+
+
 @pytest.fixture(scope="module")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("Bürogebäude Süd")

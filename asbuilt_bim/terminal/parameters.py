@@ -23,6 +23,22 @@ FAMILY_NAMES = (
 """Of markers, as `vision.markers.find` has them: importing that takes a second, and `--help` shall be quick."""
 
 
+class Command(click.Command):
+    """A command that says what is usually wrong where more words stand on its line than it takes."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Read a command's words."""
+        dashed = next((word for word in args if word[:1] in ("\u2013", "\u2014")), "")
+        try:
+            return super().parse_args(ctx, args)
+        except click.UsageError as problem:
+            if type(problem) is click.UsageError:  # click's own sorts are of options and their values
+                quotes = "a path with a blank in it needs quotation marks round it"
+                hint = f"an option begins with two hyphens, not with {dashed[:1]}" if dashed else quotes
+                raise click.UsageError(f"{problem.message}; {hint}", ctx) from problem
+            raise
+
+
 class FilePath(click.Path):
     """A path that a system can hold and follow; looking for another fails in a hundred places."""
 
@@ -65,7 +81,7 @@ class Metres(click.FloatRange):
         except ValueError:
             number = math.nan
         if not math.isfinite(number):
-            self.fail(f"{value!r} is no number of metres", param, context)
+            self.fail(f"{value!r} is no number of metres; write it with a point, such as 0.30", param, context)
         low, high = self.min or 0.0, self.max or math.inf
         if not low <= number <= high:
             self.fail(f"{number:g} m is not within {low:g} to {high:g} m; it is given in metres", param, context)
