@@ -47,7 +47,7 @@ def csv_table(data: bytes, name: str, refusal: type[AsBuiltError], *, comments: 
     try:
         for row in reader:
             cells = [_unquoted(cell) for cell in row]
-            says_sign = not found and cells[0].lower() == "sep="  # a first line for Excel: `sep=;`
+            says_sign = not found and cells[:1] == ["sep="]  # a first line for Excel: `sep=;`
             if not any(cells) or says_sign or (comments and cells[0].startswith("#")):
                 continue
             if any(len(cell) > MAX_CELL for cell in cells):
@@ -58,7 +58,9 @@ def csv_table(data: bytes, name: str, refusal: type[AsBuiltError], *, comments: 
     except csv.Error as problem:
         cause = "a quotation mark (\") isn't closed" if "end of data" in str(problem) else problem
         raise refusal(f"{name}, line {reader.line_num}: no CSV ({cause}); save it as CSV again") from problem
-    (at, header), *rows = found or [(1, [])]
+    if not found:
+        raise refusal(f"{name}: the table is empty; copy or save it again, whole")
+    (at, header), *rows = found
     header = header[: _width(header)]
     if len(header) == 1 and any(mark in header[0] for mark in _ONE_OF_TWO):
         raise refusal(f"{name}, line {at}: all headings stand in one cell; {_ONE_CELL}")

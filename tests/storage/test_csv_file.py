@@ -98,9 +98,19 @@ def test_empty_cells_at_a_row_s_end_are_harmless_and_a_heading_left_empty_is_non
         csv_table(b"a,b,,\n310,75,x\n", "t.csv", CostError)
 
 
+@pytest.mark.parametrize("read", [lambda path: read_survey(path, 0.25, 0.002), read_schedule, read_control_points])
+@pytest.mark.parametrize("data", [b"", b"\xef\xbb\xbf\r\n;;\r\n"])
+def test_an_empty_table_is_told_as_empty_whoever_reads_it(
+    tmp_path: Path, read: Callable[[Path], object], data: bytes
+) -> None:
+    (tmp_path / "table.csv").write_bytes(data)
+    with pytest.raises(AsBuiltError, match=r"table\.csv: the table is empty; copy or save it again, whole$"):
+        read(tmp_path / "table.csv")
+
+
 def test_a_line_that_tells_excel_the_sign_between_cells_is_no_heading() -> None:
-    found = csv_table(b"sep=;\r\na;b\r\n1;2\r\n", "t.csv", CostError)
-    assert (found.header, found.rows, found.sign) == (("a", "b"), ((3, ["1", "2"]),), ";")
+    found = csv_table(b"\r\nsep=;\r\na;b\r\n1;2\r\n", "t.csv", CostError)
+    assert (found.header, found.rows, found.sign) == (("a", "b"), ((4, ["1", "2"]),), ";")
 
 
 def test_a_table_that_a_spreadsheet_kept_in_one_column_is_told_to_be_parted() -> None:

@@ -53,3 +53,15 @@ def test_a_folder_is_named_as_one(kind: str, tmp_path: Path) -> None:
 def test_a_name_that_no_file_can_have_is_refused_in_words(kind: str) -> None:
     with pytest.raises(AsBuiltError, match=r"null (byte|character)"):
         READERS[kind](Path("a\0b"))
+
+
+def test_a_file_that_another_program_holds_is_told_to_be_closed_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def held(path: Path, mode: str) -> None:
+        raise PermissionError(13, "Permission denied", str(path))
+
+    (tmp_path / "plan.csv").write_text("name,start,finish\n", encoding="utf-8")
+    monkeypatch.setattr(Path, "open", held)
+    with pytest.raises(AsBuiltError, match=r"can't be read \(Permission denied\); close it in other programs$"):
+        read_schedule(tmp_path / "plan.csv")
