@@ -53,6 +53,11 @@ def test_a_blank_without_quotes_and_a_dash_for_hyphens_are_told_as_what_they_are
     assert result.exit_code == 2 and says in result.stderr
 
 
+def test_a_day_of_another_form_is_told_with_the_one_to_write() -> None:
+    result = invoke("run", "project.yaml", "--visit", "02.03.2026")
+    assert result.exit_code == 2 and "'02.03.2026' is no day of the calendar; write it as 2026-03-02" in result.stderr
+
+
 def test_a_length_with_a_decimal_comma_is_told_with_a_point() -> None:
     result = invoke("print", "target", "--diameter", "0,3", "--out", "target.pdf")
     assert result.exit_code == 2 and "write it with a point, such as 0.30" in result.stderr

@@ -211,8 +211,9 @@ def _places(
     missing = [key for key in needed if key not in places]
     if missing:
         raise refusal(
-            f"{path}: the first row names no column {', '.join(missing)}; known are {', '.join(columns)}. "
-            "Nothing may stand above the headings. `asbuilt-bim template PROJECT.yaml` writes a table to fill in"
+            f"{path}: the first row names no column {', '.join(missing)}, but {', '.join(filter(None, header)):.120}; "
+            f"known are {', '.join(columns)}. Nothing may stand above the headings. "
+            "`asbuilt-bim template PROJECT.yaml` writes a table to fill in"
         )
     return places
 

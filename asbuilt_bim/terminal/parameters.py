@@ -97,5 +97,5 @@ class Day(click.ParamType):  # type: ignore[type-arg, unused-ignore]
         """Read a day."""
         try:
             return date.fromisoformat(str(value))
-        except ValueError as problem:
-            self.fail(f"{value!r} is no day ({problem}); write it as 2026-03-02", param, context)
+        except ValueError:
+            self.fail(f"{value!r} is no day of the calendar; write it as 2026-03-02", param, context)

@@ -136,7 +136,10 @@ def test_a_day_that_could_be_another_or_is_none_is_refused(tmp_path: Path, text:
     ("data", "reason"),
     [
         (b"", "empty"),
-        (b"a,b\n1,2\n", "no column item; .* Nothing may stand above the headings"),
+        (
+            b"a,b\n1,2\n",
+            "no column item, but a, b; known are item, quantity, day. Nothing may stand above the headings",
+        ),
         (b"item,pos\n1,2\n", "more than one column for item"),
         (b'item,qty\n"1,2\n', "isn't closed"),
         (b"\xff\xfa\x00", "UTF-8"),
