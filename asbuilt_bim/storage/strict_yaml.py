@@ -182,7 +182,7 @@ def _text(path: Path) -> str:
     if data.startswith(b"ISO-10303-21"):
         raise ProjectError(f"{path}: is an IFC file; a YAML file is expected here")
     if data.startswith(b"PK\x03\x04"):
-        raise ProjectError(f"{path}: is a zip archive, no project file; unpack it and name the project.yaml in it")
+        raise ProjectError(f"{path}: is a workbook or a zip archive, no YAML file; name the .yaml file, unpacked")
     wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     return as_text(data, ProjectError, str(path), "utf-16" if wide else "utf-8-sig")
 

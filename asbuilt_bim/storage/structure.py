@@ -164,7 +164,11 @@ for _kind, _hook in (
 def _literal(kind: Any) -> Hook:
     choices = get_args(kind)
     same = [(type(choice), choice) for choice in choices]  # True is no 1
-    return _only(lambda value: (type(value), value) in same, " or ".join(map(_shown, choices)), near=choices)
+    return _only(
+        lambda value: (type(value), value) in same,
+        " or ".join(map(_shown, choices)),
+        near=choices if len(choices) > 1 else (),
+    )
 
 
 @_CONVERTER.register_structure_hook_factory(_of(Annotated))

@@ -98,7 +98,7 @@ def test_every_mistake_is_named_at_once_with_its_line(tmp_path: Path) -> None:
     ("changes", "says"),
     [
         ({"version": 2}, "version: expected 1, got 2"),
-        ({"format": "asbuilt-bim/result"}, "format: expected 'asbuilt-bim/project'"),
+        ({"format": "asbuilt-bim/map"}, "format: expected 'asbuilt-bim/project', got 'asbuilt-bim/map'\n"),
         ({"rig": {"file": "rig.yaml", "boards": plain()["rig"]["boards"]}}, "rig: needs file"),
         ({"rig": {}}, "rig: needs file"),
         ({"rig__boards__kind": "charucco"}, "did you mean charuco?"),

@@ -66,7 +66,7 @@ def test_a_list_longer_than_any_of_a_project_is_refused_before_it_is_read_on(tmp
 @pytest.mark.parametrize(
     ("data", "says"),
     [
-        (b"PK\x03\x04rest", "zip archive"),
+        (b"PK\x03\x04rest", "is a workbook or a zip archive, no YAML file; name the .yaml file"),
         (b"a: 1\nname: S\xfcd\n", "line 2 is no UTF-8 text; save it as UTF-8: in Excel as CSV UTF-8, in Notepad"),
         (b"a: 1\nb: \x00\n", r"line 2: holds a character that no text has \(U\+0000\)"),
         (b"# " + b"x" * MAX_BYTES, "larger than"),
