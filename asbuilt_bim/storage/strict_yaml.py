@@ -22,6 +22,8 @@ MAX_NODES = 100_000
 
 _NO_BLANK = re.compile(r"[\s-]*\w+:[^\s/\\]")
 _BEHIND_HASH = re.compile(r"^#(\w+):", re.MULTILINE)
+_OTHERWISE = re.compile(r"[-+]?(0[\d_]+|\d[\d_]*(:[\d.]+)+)")
+"""Numbers that YAML counts in eights, `010`, and in sixties, `12:30`."""
 _TAG = "tag:yaml.org,2002:"
 
 
@@ -41,6 +43,7 @@ class StrictLoader(yaml.SafeLoader):
     """SafeLoader that refuses aliases, doubled keys, foreign tags and halves of characters, each with its line."""
 
     nodes = 0
+    typed_by_hand = True
 
     def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
         """Refuse an alias before it is followed, and more values than any file of this program's has."""
@@ -89,6 +92,8 @@ def _plain_or_refused(construct: Callable[..., object], what: str) -> Callable[.
     """Return a constructor that says with its line what YAML's own stumbles over: `!!bool maybe`, `!!int ''`."""
 
     def constructor(loader: StrictLoader, node: yaml.Node) -> object:
+        if loader.typed_by_hand and what.endswith("number") and _OTHERWISE.fullmatch(str(node.value)):
+            raise _refusal(f"{node.value} is another number to YAML; write it plainly, or in quotes as text", node)
         try:
             return construct(loader, node)
         except (ValueError, KeyError, IndexError, AttributeError, OverflowError) as problem:

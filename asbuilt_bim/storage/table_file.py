@@ -22,7 +22,13 @@ _DOTTED_DAY = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})")
 _PLAIN = re.compile(r"[+-]?\d+(\.\d+)?([eE][+-]?\d{1,3})?")
 _COMMA = re.compile(r"[+-]?(\d+|\d{1,3}([.\u00a0\u202f'’ ]\d{3})+),\d+")
 _POINT_GROUPS = re.compile(r"[+-]?\d{1,3}([,\u00a0\u202f'’ ]\d{3})+\.\d+")
-_GROUPS = re.compile(r"[+-]?\d{1,3}([, ' ]\d{3})+\.\d+")
+_BRACKETS = re.compile(r"[\[(].*?[\])]")
+_UNITS = {
+    "m": ("metres", "m", "meter", "meters", "metre"),
+    "deg": ("degrees", "deg", "°", "degree"),
+    "px": ("pixels", "px", "pixel"),
+}
+"""What may stand in brackets behind a heading, by what its column's name ends in."""
 _GROUPS = re.compile(r"[+-]?\d{1,3}([.,]\d{3})+")
 
 
@@ -208,6 +214,7 @@ def _places(
             raise refusal(f"{path}: the first row names more than one column for {key} ({twice:.80}); keep one")
         if found:
             places[key] = found[0]
+            _check_unit(header[found[0]], key, path, refusal)
     missing = [key for key in needed if key not in places]
     if missing:
         raise refusal(
@@ -218,6 +225,18 @@ def _places(
     return places
 
 
+def _check_unit(heading: str, key: str, path: Path, refusal: type[AsBuiltError]) -> None:
+    """Refuse another unit in a heading's brackets than its column is read in, such as `bearing [gon]`.
+
+    Raises:
+        AsBuiltError: of the sort `refusal`.
+    """
+    units = _UNITS.get(key.rpartition("_")[2], ())
+    given = _BRACKETS.search(heading)
+    if units and given and given[0][1:-1].strip().casefold() not in units:
+        raise refusal(f"{path}: the column '{heading[:60]}' is read in {units[0]}; bring it into {units[0]}, as {key}")
+
+
 def _bare(text: str) -> str:
     """Return a heading as it is compared, without a unit in brackets."""
-    return re.sub(r"[\s_.:/-]|[\[(].*?[\])]", "", text).casefold()
+    return re.sub(r"[\s_.:/-]", "", _BRACKETS.sub("", text)).casefold()

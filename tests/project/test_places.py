@@ -61,6 +61,20 @@ def test_pitch_looks_up_and_roll_turns_clockwise() -> None:
     assert right[2] == pytest.approx(-np.sin(0.1))  # the camera's right side goes down
 
 
+@pytest.mark.parametrize(("key", "unit", "wanted"), [("bearing", "gon", "degrees"), ("x", "mm", "metres")])
+def test_a_column_in_another_unit_than_it_is_read_in_is_refused(
+    tmp_path: Path, key: str, unit: str, wanted: str
+) -> None:
+    heads, rows = "station,x [m],y [m],z (m),bearing [deg],sigma_m [m]\n", "A1,1,2,3,90,0.02\n"
+    made = project(tmp_path, "poses: {file: poses.csv}\n")
+    (tmp_path / "poses.csv").write_text(heads + rows, encoding="utf-8")
+    assert len(known_places(made, lambda: pytest.fail("no map")).poses) == 1
+    right = f"{key} [{'deg' if unit == 'gon' else 'm'}]"
+    (tmp_path / "poses.csv").write_text(heads.replace(right, f"{key} [{unit}]", 1) + rows, encoding="utf-8")
+    with pytest.raises(SurveyError, match=rf"'{key} \[{unit}\]' is read in {wanted}; bring it into {wanted}, as {key}"):
+        known_places(made, lambda: pytest.fail("no map"))
+
+
 def test_a_pose_is_read_with_its_sigmas(tmp_path: Path) -> None:
     known = places(tmp_path, "2026-03-02,A1,1,2,3.5,90,0,0,0.02,0.5\n")
     pose = known.given(DAY)["A1"]

@@ -134,6 +134,9 @@ def test_a_slip_of_the_pen_is_named_by_its_line_and_what_stands_there(tmp_path: 
 @pytest.mark.parametrize(
     ("text", "says"),
     [
+        ("a: 1\nb: 010\n", "line 2: 010 is another number to YAML; write it plainly, or in quotes as text"),
+        ("a: 12:30\n", "line 1: 12:30 is another number to YAML"),
+        ("a: -1:30.5\n", "line 1: -1:30.5 is another number to YAML"),
         ("a: 1\nb: !!bool maybe\n", "line 2: maybe is no true or false"),
         ("a: !!int ''\n", "line 1: an empty value is no whole number"),
         ("a: !!float ''\n", "line 1: an empty value is no number"),

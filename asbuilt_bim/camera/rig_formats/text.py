@@ -32,6 +32,8 @@ _DOCUMENT_END = re.compile(r"\n---\s*\Z|\n\.\.\.\s*\Z")  # `rostopic echo` ends 
 class _Loader(StrictLoader):
     """StrictLoader that knows OpenCV's tag for a matrix: a plain mapping with rows, cols, dt and data."""
 
+    typed_by_hand = False  # programs write serial numbers with zeros before them, and times
+
 
 def _matrix(loader: StrictLoader, node: yaml.Node) -> object:
     if not isinstance(node, yaml.MappingNode):

@@ -10,6 +10,7 @@ import pytest
 from asbuilt_bim.camera.lens import LensModel
 from asbuilt_bim.camera.rig_formats.reader import read_rig
 from asbuilt_bim.camera.rig_formats.rig_file import checked_rig, rig_problems, rig_text, write_rig
+from asbuilt_bim.camera.rig_formats.text import read_document
 from asbuilt_bim.errors import OutputError, RigError
 from asbuilt_bim.geometry.arrays import frozen
 from tests.camera.virtual import rig
@@ -208,3 +209,8 @@ def test_a_rig_made_of_lists_and_numpys_numbers_is_the_same_rig() -> None:
 def test_a_lens_in_opencvs_shape_is_told_to_be_flat() -> None:
     with pytest.raises(ValueError, match=r"shape \(1, 5\).*ravel"):
         replace(rig().left, distortion=np.zeros((1, 5)))
+
+
+def test_numbers_that_a_program_wrote_need_not_be_plain(tmp_path: Path) -> None:
+    (tmp_path / "rig.yaml").write_text("serial: 0012345\ntime: 12:30:00\nrows: 3\n", encoding="utf-8")
+    assert read_document(tmp_path / "rig.yaml") == {"serial": 0o12345, "time": 45000, "rows": 3}
