@@ -167,7 +167,7 @@ def _row(cells: dict[str, str], line: int, decimal_comma: bool) -> _Row | str:
 def _without_groups(text: str) -> str:
     """Say how a number is written without signs between its thousands, where it has some: `2.325,7727`."""
     if not (found := _GROUPED.fullmatch(text)):
-        return ""
+        return " (write a decimal point, or semicolons between cells)" if "," in text else ""
     whole, _, fraction = found.groups()
     return f" (without signs between thousands it is {re.sub('[^-+0-9]', '', whole)}.{fraction})"
 

@@ -29,7 +29,8 @@ _UNITS = {
     "px": ("pixels", "px", "pixel"),
 }
 """What may stand in brackets behind a heading, by what its column's name ends in."""
-_GROUPS = re.compile(r"[+-]?\d{1,3}([.,]\d{3})+")
+_GROUP = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}")
+_GROUPS = re.compile(r"[+-]?[1-9]\d{0,2}((\.\d{3}){2,}|(,\d{3}){2,})")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,8 +108,9 @@ def number_in(row: TableRow, column: str, table: TableFile) -> float | None:
     if table.commas and _COMMA.fullmatch(text):
         return float(re.sub(r"[^-+\d,]", "", text).replace(",", "."))
     sign, digits = "," if table.commas else ".", re.sub(r"[^-+\d]", "", text)
-    decimal = (table.points and not table.commas and "," not in text) or digits.lstrip("+-").startswith("0")
-    if _GROUPS.fullmatch(text) and not decimal:
+    if _GROUPS.fullmatch(text) and not (table.commas and "," in text):
+        return float(digits)
+    if _GROUP.fullmatch(text) and not (table.points and not table.commas and "," not in text):
         smaller = f"{digits[:-3]}{sign}{digits[-3:]}0"
         raise ValueError(f"'{text[:40]}' could be meant two ways; write {digits}, or {smaller}")
     bare = re.sub(r"[^-+\d.]", "", text) if _POINT_GROUPS.fullmatch(text) else text
@@ -120,8 +122,8 @@ def number_in(row: TableRow, column: str, table: TableFile) -> float | None:
 
 
 def _is_decimal_comma(text: str) -> bool:
-    """Say whether a number's comma can't part thousands: `0,5`, `12,25`, `1.234,5`, and not `1,234`."""
-    return _COMMA.fullmatch(text) is not None and (_GROUPS.fullmatch(text) is None or text.startswith("0"))
+    """Say whether a number's comma can't part thousands: `0,5`, `1.234,500`, and not `1,234`."""
+    return _COMMA.fullmatch(text) is not None and _GROUP.fullmatch(text) is None
 
 
 def share_in(row: TableRow, column: str, table: TableFile) -> float | None:

@@ -77,6 +77,11 @@ def test_a_unit_mistake_is_named(tmp_path: Path, factor: float, unit: str) -> No
         read(tmp_path, table({7: SQUARE * factor}))
 
 
+def test_a_decimal_comma_between_commas_is_told_how_to_be_written(tmp_path: Path) -> None:
+    with pytest.raises(SurveyError, match=r"x_m '2325,7727' is no number \(write a decimal point, or semicolons betw"):
+        read(tmp_path, 'id,corner,x_m,y_m,z_m\n1,centre,"2325,7727",0,0\n')
+
+
 def test_every_bad_row_is_listed_in_one_answer(tmp_path: Path) -> None:
     text = table({7: SQUARE, 8: SQUARE + 2.0}) + "9,middle,1,2,3\n7,top-left,0,0,1.28\n10,top-left,abc,0,0\n"
     with pytest.raises(SurveyError) as caught:

@@ -59,6 +59,19 @@ def test_numbers_with_a_decimal_comma(tmp_path: Path, text: str, value: float) -
     assert number_in(found.rows[0], "quantity", found) == value
 
 
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("1.234,500", 1234.5), ("1,234.500", 1234.5), ("1.234.567", 1234567.0), ("-1,234,567", -1234567.0),
+     ("0,500", 0.5), ("1.234.567,125", 1234567.125)],
+)  # fmt: skip
+@pytest.mark.parametrize("sign", [";", "\t"])
+def test_two_signs_within_a_number_say_which_of_them_is_the_decimal_one(
+    tmp_path: Path, text: str, value: float, sign: str
+) -> None:
+    found = table(tmp_path / "a.csv", f"item{sign}qty\n1{sign}{text}\n")
+    assert number_in(found.rows[0], "quantity", found) == value
+
+
 @pytest.mark.parametrize("text", ["1\u00a0234,50", "1\u202f234,50", "1'234,50", "1\u2019234,50", "1 234,50"])
 def test_what_parts_thousands_in_any_country_is_read(tmp_path: Path, text: str) -> None:
     found = table(tmp_path / "a.csv", f"item;qty\n1;{text}\n")
