@@ -163,6 +163,8 @@ class PathChecker:
         else:
             if "\0" in text:
                 wrong = "holds a character that no path can"
+            elif text and min(text) < " ":  # "C:\new\tower.ifc" in double quotes holds a line break and a tab
+                wrong = f"{text!r:.80} holds a line break, a tab or the like; in quotation marks write / for \\"
             elif lengths[0] > MAX_PATH or max(lengths[1:]) > MAX_PART:
                 wrong = f"is too long for a path: limit {MAX_PATH} characters, and {MAX_PART} between two slashes"
         if wrong:

@@ -6,7 +6,7 @@ from typing import cast
 from asbuilt_bim.errors import OutputError, ResultError
 from asbuilt_bim.flow.output.folder import read_current
 from asbuilt_bim.flow.output.publish import no_run
-from asbuilt_bim.report.flat.write import DESCRIPTION, Form, write_tables
+from asbuilt_bim.report.flat.write import DESCRIPTION, Form, file_names, write_tables
 from asbuilt_bim.report.result.document import read_before, read_result
 from asbuilt_bim.terminal.fill_command import with_amounts
 from asbuilt_bim.terminal.screen import Screen
@@ -33,8 +33,9 @@ def tables_command(source: Path, out: Path, screen: Screen, *, form: str, replac
     reports = (*reports, report)
     if out.exists() and not out.is_dir():
         raise OutputError(f"{out}: is a file; name a folder for the tables")
-    if (out / DESCRIPTION).exists() and not replace_them:
-        raise OutputError(f"{out}: holds tables already; name another folder, or pass --replace")
+    there = [name for name in file_names(cast("Form", form)) if (out / name).exists()]
+    if there and not replace_them:
+        raise OutputError(f"{out}: holds {', '.join(there[:3])} already; name another folder, or pass --replace")
     written = write_tables(reports, out, cast("Form", form))
     days = ", ".join(one.visit_date.isoformat() for one in reports)
     screen.say(f"{out}: {len(written) - 1} tables of {days}; {DESCRIPTION} describes every column.")

@@ -141,6 +141,10 @@ def test_every_mistake_is_named_at_once_with_its_line(tmp_path: Path) -> None:
             for written in ("0,30", "0.30", "30 cm", "1.234,5")
         ),
         ({"target": {"diameter_m": 0}}, "target.diameter_m: expected 0.05 to 2 m, got 0 m\n"),
+        (
+            {"ifc": "new\tower.ifc"},
+            "ifc: 'new\\tower.ifc' holds a line break, a tab or the like; in quotation marks write /",
+        ),
         ({"ifc": "„design.ifc“"}, "ifc: '„design.ifc“': „ is no quotation mark here, but a part of the name"),
     ],
 )

@@ -19,6 +19,12 @@ from asbuilt_bim.storage.atomic_write import replace_all
 
 Form = Literal["csv", "parquet"]
 DESCRIPTION = "datapackage.json"
+IFCCSV, CSV2IFC = "ifccsv.csv", "csv2ifc.csv"
+
+
+def file_names(form: Form) -> tuple[str, ...]:
+    """Return the names of all files that `write_tables` may write."""
+    return (DESCRIPTION, *(f"{name}.{form}" for name in TABLES), IFCCSV, CSV2IFC)
 
 
 def write_tables(reports: Sequence[ProgressReport], folder: Path, form: Form = "csv") -> tuple[Path, ...]:
@@ -34,9 +40,9 @@ def write_tables(reports: Sequence[ProgressReport], folder: Path, form: Form = "
         make = parquet_bytes if form == "parquet" else csv_bytes
         files[folder / f"{name}.{form}"] = make(columns, rows[name])
     newest = max(reports, key=lambda report: report.visit_date)
-    files[folder / "ifccsv.csv"] = ifccsv_text(newest).encode("utf-8", "replace")
+    files[folder / IFCCSV] = ifccsv_text(newest).encode("utf-8", "replace")
     if newest.cost_lines:
-        files[folder / "csv2ifc.csv"] = csv2ifc_text(newest).encode("utf-8", "replace")
+        files[folder / CSV2IFC] = csv2ifc_text(newest).encode("utf-8", "replace")
     text = json.dumps(description(form), indent=2, ensure_ascii=False)
     files[folder / DESCRIPTION] = f"{text}\n".encode()
     try:

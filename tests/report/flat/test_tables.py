@@ -187,6 +187,15 @@ def test_the_command_writes_tables_once_and_again_only_where_told(tmp_path: Path
     assert days == {date(2026, 3, 16).isoformat()}
 
 
+def test_somebody_else_s_table_of_a_name_of_ours_is_not_written_over(tmp_path: Path) -> None:
+    write_result(sample_report(), tmp_path / "result.json")
+    (tmp_path / "tasks.csv").write_text("the planner's own", encoding="utf-8")
+    found = CliRunner().invoke(app, ["tables", str(tmp_path / "result.json"), "--out", str(tmp_path)])
+    assert found.exit_code == 1 and "holds tasks.csv already" in " ".join(found.output.split())
+    assert (tmp_path / "tasks.csv").read_text(encoding="utf-8") == "the planner's own"
+    assert not (tmp_path / "elements.csv").exists()
+
+
 def test_a_folder_that_is_not_there_is_said_to_be_none(tmp_path: Path) -> None:
     found = CliRunner().invoke(app, ["tables", str(tmp_path / "nowhere"), "--out", str(tmp_path / "out")])
     assert found.exit_code == 1
