@@ -181,6 +181,9 @@ def test_more_points_than_hands_mark_are_refused(tmp_path: Path) -> None:
 
 def test_no_control_points_at_all_are_refused(tmp_path: Path) -> None:
     (tmp_path / "empty.csv").write_text("", encoding="utf-8")
+    with pytest.raises(CalibrationError, match="the table is empty"):
+        read_control_points(tmp_path / "empty.csv")
+    (tmp_path / "empty.csv").write_text("a,b\n1,2\n", encoding="utf-8")
     with pytest.raises(CalibrationError, match="columns are missing: id"):
         read_control_points(tmp_path / "empty.csv")
     (tmp_path / "head.csv").write_text(",".join(COLUMNS), encoding="utf-8")
