@@ -8,6 +8,7 @@ import dataclasses
 import difflib
 import re
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import date
 from types import NoneType, UnionType
@@ -145,6 +146,16 @@ def _real(value: Any, _: Any) -> float:
     raise ValueError(f"expected a number, got {_shown(value)}{advice}")
 
 
+def _day(value: Any, _: Any) -> date:
+    """Return a day, also one in quotes, which YAML takes for text."""
+    if isinstance(value, str) and len(value) == len("2026-03-02"):
+        with suppress(ValueError):
+            value = date.fromisoformat(value)
+    if type(value) is not date:
+        raise ValueError(f"expected a date such as 2026-03-02, got {_shown(value)}")
+    return value
+
+
 def _of(*origins: Any) -> Callable[[Any], bool]:
     return lambda kind: get_origin(kind) in origins
 
@@ -155,7 +166,7 @@ for _kind, _hook in (
     (int, _only(lambda value: _number(value, int), "a whole number")),
     (float, _real),
     (str, _text),
-    (date, _only(lambda value: type(value) is date, "a date such as 2026-03-02")),
+    (date, _day),
 ):
     _CONVERTER.register_structure_hook(_kind, _hook)
 

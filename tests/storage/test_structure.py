@@ -49,6 +49,13 @@ def test_good_values_become_dataclasses_all_the_way_down() -> None:
     assert made == Whole(name="x", parts=(Part(size_m=1.0, day=date(2026, 3, 2)),), weights={"a": 1.0}, pair=(1.0, 2.0))
 
 
+def test_a_day_in_quotes_is_that_day() -> None:
+    problems = Problems()
+    assert structure({"size_m": 1, "day": "2026-03-02"}, Part, problems).day == date(2026, 3, 2)
+    assert structure({"size_m": 1, "day": "02.03.2026"}, Part, problems) is None
+    assert [found.text for found in problems.found] == ["expected a date such as 2026-03-02, got '02.03.2026'"]
+
+
 def test_every_mistake_is_found_in_one_go() -> None:
     found = mistakes(
         {"nam": "x", "count": 1.5, "on": "yes", "parts": [{"size_m": 300}, {"kind": "sqare", "size_m": 1}]}
