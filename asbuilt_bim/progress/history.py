@@ -132,6 +132,7 @@ def _reprojected(record: DesignFaceRecord, face: DesignFace, options: ProgressOp
         open_uv_m=opened,
         was_open_uv_m=was_open,
         outline_uv_m=outline,
+        row_log_odds=None,  # its rows are others
         built_area_m2=polygon.area(built),
         open_area_m2=polygon.area(opened),
         as_built_area_m2=measured * left if measured is not None and outline else None,

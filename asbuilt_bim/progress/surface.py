@@ -40,6 +40,7 @@ class SurfaceState:
     whole: bool = False  # its as-built area is of stations which saw it whole, now, or earlier with nothing of it open
     was_open_uv_m: tuple[tuple[FloatArray, ...], ...] = ()  # of the unknown, what was open when it was last seen
     tilt_sigma_rad: float | None = None
+    row_log_odds: FloatArray | None = None  # how clearly each row of its cells is built, or open: see states/rows.py
     border_m: float = 0.0  # how far the borders of built and open may lie elsewhere, since lengths are doubtful
 
 

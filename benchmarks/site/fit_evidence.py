@@ -3,6 +3,8 @@
 python benchmarks/site/fit_evidence.py --seeds 20 31 --write   fit on the sample and these sites, write evidence.json
 python benchmarks/site/fit_evidence.py --seeds 20 31           only tell what each feature buys, and how true odds are
 python benchmarks/site/fit_evidence.py --quick                 the sample's first visit, nothing written
+python benchmarks/site/fit_evidence.py --with FILE             with a new kind of evidence, a Python file that enters
+                                                               itself in FEATURES: see benchmarks/site/aslant.py
 
 A ray from the station to a sample tells whether its place is seen: built, open, or neither, where something stands
 before it. Of a site's samples every third along and up counts. Each element weighs the same, large or small: its
@@ -14,6 +16,7 @@ Reference: Cox 1958, the regression of binary sequences; Liang and Zeger 1986, t
 
 from __future__ import annotations
 
+import runpy
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -295,7 +298,11 @@ def lines_of(document: dict[str, object], sites: Sequence[Rows]) -> list[Line]:
 
 def main() -> int:
     """Judge the sites, fit and tell; write the model where asked to."""
-    args = fitting_options(__doc__ or "").parse_args()
+    parser = fitting_options(__doc__ or "")
+    parser.add_argument("--with", dest="more", metavar="FILE", help="a Python file with a new kind of evidence")
+    args = parser.parse_args()
+    if args.more:
+        runpy.run_path(args.more)
     sites = [rows_of(site, seed) for seed, site in fitting_sites(args)]
     document = document_of(sites)
     write_model(args, DATA, document)

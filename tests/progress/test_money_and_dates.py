@@ -20,6 +20,7 @@ from asbuilt_bim.progress.surface import SurfaceState, unseen
 from asbuilt_bim.report.cost_rows import cost_groups
 from asbuilt_bim.report.result.convert import report_from_plain, report_to_plain
 from tests.match.small_site import box, element, model
+from tests.progress.clear_rows import clearly
 
 DAY, LATER = date(2026, 3, 2), date(2026, 3, 16)
 FULL = element("A", "column", box(0, 0, 0, 0.5, 0.5, 3.0))
@@ -130,7 +131,7 @@ def test_the_parts_of_a_lines_elements_add_up_to_what_it_earned_for_certain() ->
     lower = {element.global_id: element.completion.lower for element in told.elements}
     for cost in told.cost_lines:
         parts = sum(share * cost.planned_quantity * lower[key] for key, share in cost.parts.items())
-        assert rounded(parts, 3) == cost.as_built_lower > 0.0
+        assert cost.as_built_lower == pytest.approx(parts, abs=0.000501) and cost.as_built_lower > 0.0
     assert next(sum(cost.parts.values()) for cost in told.cost_lines) == pytest.approx(1.0)
 
 
@@ -259,9 +260,12 @@ def seen_up_to(built_m: float, seen_m: float) -> list[SurfaceState]:
     """Return a column's faces as two sides show it: measured up to a height, open above it as far as seen."""
     built, opened = polygon.box(0, 0, 0.5, built_m), polygon.box(0, built_m, 0.5, seen_m) if seen_m > built_m else ()
     first, second = (
-        replace(unseen(face), built_uv_m=built, open_uv_m=opened, outline_uv_m=built, stations={"A1": 1.0})
-        for face in FULL.faces[:2]
-    )
+        replace(
+            unseen(face), built_uv_m=built, open_uv_m=opened, outline_uv_m=built, stations={"A1": 1.0},
+            row_log_odds=clearly(FULL, number, built, opened),
+        )
+        for number, face in enumerate(FULL.faces[:2])
+    )  # fmt: skip
     return [first, second, *(unseen(face) for face in FULL.faces[2:])]
 
 
@@ -269,10 +273,10 @@ def test_what_a_project_calls_complete_says_what_is_late_also_in_a_result_that_i
     surfaces, design = seen_up_to(2.6, 3.0), model([FULL], (task("A"),), ())
     usual, made = (
         summarise(surfaces, NOTHING, design, EMPTY_HISTORY, LATER, options=options)
-        for options in (None, ProgressOptions(complete_from=0.92))
+        for options in (None, ProgressOptions(complete_from=0.88))
     )
     assert [one.element.completion.best for one in late_elements(usual)] == [made.elements[0].completion.best]
-    assert made.elements[0].state == "part" and 0.92 <= made.elements[0].completion.upper < 0.97
+    assert made.elements[0].state == "part" and 0.88 <= made.elements[0].completion.upper < 0.97
     assert late_elements(made) == late_elements(report_from_plain(report_to_plain(made))) == ()
 
 

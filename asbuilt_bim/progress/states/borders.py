@@ -15,7 +15,7 @@ def well_inside(surface: SurfaceState) -> SurfaceState:
     by_m = surface.border_m
     pieces = [surface.built_uv_m, surface.open_uv_m]
     inner = [polygon.intersection(one, polygon.grown(_closed(one, by_m), -by_m)) if one else one for one in pieces]
-    return replace(surface, built_uv_m=inner[0], open_uv_m=inner[1], border_m=0.0)
+    return replace(surface, built_uv_m=inner[0], open_uv_m=inner[1], row_log_odds=None, border_m=0.0)
 
 
 def wherever_it_lies(surface: SurfaceState, *, along: bool) -> SurfaceState:
@@ -30,7 +30,7 @@ def wherever_it_lies(surface: SurfaceState, *, along: bool) -> SurfaceState:
         _in_all(one, [(0.0, up_m), *((side_m, 0.0) for side_m in sides)], by_m)
         for one, up_m in ((surface.built_uv_m, -by_m), (surface.open_uv_m, by_m))
     )
-    return replace(surface, built_uv_m=built, open_uv_m=opened, border_m=0.0)
+    return replace(surface, built_uv_m=built, open_uv_m=opened, row_log_odds=None, border_m=0.0)
 
 
 def _in_all(region: Region, moves_m: list[tuple[float, float]], gap_m: float) -> Region:

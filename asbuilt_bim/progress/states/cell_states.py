@@ -7,18 +7,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from asbuilt_bim.bim.cells import Cells, cell_numbers, cell_samples, element_cells
+from asbuilt_bim.bim.cells import Cells, cell_samples, element_cells
 from asbuilt_bim.bim.model import BimElement
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
-from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.borders import well_inside, wherever_it_lies
+from asbuilt_bim.progress.states.likelihood import least_nats
 from asbuilt_bim.progress.states.pour import Levels, Model, Shown, levels, model
+from asbuilt_bim.progress.states.rows import Side, of_sides, sides_of
 from asbuilt_bim.progress.surface import SurfaceState
-
-ROUND_SIDES = 8
-"""Sides that a round column is taken to have."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -72,10 +70,11 @@ def _unforgotten(
     """Return what is shown and what was open when it was last seen, but where this visit shows that it has risen."""
     now = [one if one.stations else replace(one, built_uv_m=(), open_uv_m=()) for one in surfaces]
     risen = shown_rows(element, now, options)
-    with_open = [replace(one, open_uv_m=polygon.union([one.open_uv_m, one.was_open_uv_m])) for one in surfaces]
-    held = shown_rows(element, with_open, options)
+    held = shown_rows(element, surfaces, options, unforgotten=True)
     under = _under(np.asarray((risen.built > risen.open).any(axis=0)))
-    return replace(held, open=np.where(under, shown.open, held.open))
+    return replace(
+        held, open=np.where(under, shown.open, held.open), log_odds=np.where(under, shown.log_odds, held.log_odds)
+    )
 
 
 def decided_cells(element: BimElement, shown: Shown, fitted: Model) -> CellStates:
@@ -140,30 +139,46 @@ def _wherever_they_lie(
     return replace(found, least=least, most=most)
 
 
-def shown_rows(element: BimElement, surfaces: Sequence[SurfaceState], options: ProgressOptions) -> Shown:
-    """Return how many samples each side has in each row: all, built, open, and built and measured as a face.
+def shown_rows(
+    element: BimElement, surfaces: Sequence[SurfaceState], options: ProgressOptions, *, unforgotten: bool = False
+) -> Shown:
+    """Return what each side shows in each row: how many samples are built, open, measured as a face, and how clearly.
 
-    A row is about a sample high, and a cell some rows. Of a row that a side shows too little of, only all samples are
-    told. A lateral surface is taken as eight sides, since no station sees half of it.
+    A row is about a sample high, and a cell some rows. Of a row that a side shows too little of, only all samples and
+    the log-odds are told. What is `unforgotten` counts as open, where it was so when it was last seen.
     """
-    cells, samples = element_cells(element), cell_samples(element, options.spacing_m)
-    rows = cells.shape[1] * max(1, round(element.height_m / cells.shape[1] / options.spacing_m))
-    place = cell_numbers(element, samples.points_m, (cells.shape[0], rows))
-    by_face = {surface.face_id: surface for surface in surfaces}
-    counts: tuple[list[NDArray[np.intp]], ...] = ([], [], [], [])
+    samples, by_face = cell_samples(element, options.spacing_m), {surface.face_id: surface for surface in surfaces}
+    built, opened, outlined, was_open = (np.zeros(len(samples.face), dtype=bool) for _ in range(4))
     for index, face in enumerate(element.faces):
-        own = samples.face == index
-        at, uv, surface = place[own], samples.uv_m[own], by_face[face.face_id]
-        regions = surface.built_uv_m, surface.open_uv_m, surface.outline_uv_m
-        built, opened, outlined = (polygon.contains(region, uv) for region in regions)
-        side = np.zeros(len(uv), dtype=int)
-        if isinstance(face.frame, CylinderFrame):
-            side = np.floor((uv[:, 0] / face.frame.radius_m / (2.0 * np.pi) + 0.5) * ROUND_SIDES).astype(int)
-        for number in np.unique(side):
-            for count, kind in zip(counts, (built | True, built, opened, built & outlined), strict=True):
-                count.append(np.bincount(at[kind & (side == number)], minlength=cells.shape[0] * rows))
+        own, surface = np.flatnonzero(samples.face == index), by_face[face.face_id]
+        for flags, region in (
+            (built, surface.built_uv_m), (opened, surface.open_uv_m), (outlined, surface.outline_uv_m),
+            (was_open, surface.was_open_uv_m if unforgotten else ()),
+        ):  # fmt: skip
+            flags[own] = polygon.contains(region, samples.uv_m[own])
+    sides = list(sides_of(element, options.spacing_m))
     every, of_built, of_open, measured = (
-        np.asarray(count, dtype=np.float64).reshape(-1, cells.shape[0], rows) for count in counts
+        np.array([side.count(flags) for side in sides])
+        for flags in (built | True, built, opened | was_open, built & outlined)
     )
+    odds = np.array([
+        rows
+        for index, face in enumerate(element.faces)
+        for rows in _log_odds([side for side in sides if side.face == index], by_face[face.face_id], built, opened)
+    ])  # fmt: skip
+    least = np.array([-least_nats() * side.share(was_open) for side in sides])
     enough = of_built + of_open >= options.shown_share * every
-    return Shown(every=every, built=of_built * enough, open=of_open * enough, measured=measured * enough)
+    return Shown(
+        every=every, built=of_built * enough, open=of_open * enough, measured=measured * enough,
+        log_odds=np.minimum(odds, np.where(least < 0.0, least, np.inf)),
+    )  # fmt: skip
+
+
+def _log_odds(
+    sides: Sequence[Side], surface: SurfaceState, built: BoolArray, opened: BoolArray
+) -> FloatArray | list[FloatArray]:
+    """Return how clearly a face's rows are built or open (sides, nx, rows): where nobody kept it, no more than sure."""
+    kept = of_sides(surface.row_log_odds, sides)
+    if kept is not None:
+        return kept
+    return [least_nats() * (side.share(built) - side.share(opened)) for side in sides]

@@ -19,6 +19,7 @@ from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.as_built import as_built
 from asbuilt_bim.progress.states.doubts import GONE_M2, past_design
 from asbuilt_bim.progress.states.outlines import looks_like_bars, stands_off
+from asbuilt_bim.progress.states.rows import Before, row_log_odds, sides_of
 from asbuilt_bim.progress.states.sample_grid import Indices, patches, strips
 from asbuilt_bim.progress.states.votes import Votes
 from asbuilt_bim.progress.surface import SurfaceState, unseen
@@ -45,11 +46,17 @@ def decide_element(
     """
     samples = cell_samples(element, options.spacing_m)
     past = _past(element, samples, votes, earlier, options)
+    sides = list(sides_of(element, options.spacing_m))
+    odds = np.where(past.built & ~past.stands & ~votes.built, 0.0, votes.log_odds)
     elsewhere_m = 0.0 if doubt is None else float(doubt.reach_m(element.vertices_m).max(initial=0.0))
     faces = []
     for index, (face, was) in enumerate(zip(element.faces, earlier, strict=True)):
         own, matches = samples.face == index, by_face.get(face.face_id, ())
-        faces.append(_face_state(face, samples, own, votes, matches, was, past, options, elsewhere_m))
+        state = _face_state(face, samples, own, votes, matches, was, past, options, elsewhere_m)
+        before = Before(built=past.built, stands=past.stands & ~votes.open, rows=was.row_log_odds if was else None)
+        rows = row_log_odds([side for side in sides if side.face == index], odds, before)
+        decided = state.built_uv_m or state.open_uv_m
+        faces.append(replace(state, row_log_odds=rows if decided else None))
     return faces
 
 

@@ -1,9 +1,10 @@
 """What a station shows round each sample of an element's surface: all that its evidence is weighed by.
 
-A new kind of evidence is one more entry here. `benchmarks/site/fit_evidence.py` fits its weight, and says what it buys.
+A new kind of evidence is one more entry in `FEATURES`, of a file of its own if you like. It weighs nothing until
+`benchmarks/site/fit_evidence.py` has fitted it, which says what it buys; docs/measurement-model.md shows how.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,10 +25,11 @@ class Shown:
     """What a station shows of an element's N samples, each by its own pixel.
 
     What lies past bars is behind the design, and what is known to stand off it is before it, whatever one pixel says.
-    `faced` are those that the station looks at, `outlined` those in outlines of its faces.
+    `faced` are those that the station looks at, from `eye_m` (3,) in world, `outlined` those in outlines of its faces.
     """
 
     station: str
+    eye_m: FloatArray
     samples: CellSamples
     verdict: NDArray[np.uint8]
     past_bars: BoolArray
@@ -59,6 +61,7 @@ class Shown:
 
 def shown(
     station: str,
+    eye_m: FloatArray,
     samples: CellSamples,
     evidence: Evidence,
     faced: BoolArray,
@@ -78,8 +81,8 @@ def shown(
         Verdict.NEAR,
     )
     return Shown(
-        station=station, samples=samples, verdict=verdict.astype(np.uint8), faced=faced, tinted=evidence.tinted,
-        past_bars=evidence.through, outlined=outlined & ~evidence.through,
+        station=station, eye_m=eye_m, samples=samples, verdict=verdict.astype(np.uint8), faced=faced,
+        tinted=evidence.tinted, past_bars=evidence.through, outlined=outlined & ~evidence.through,
     )  # fmt: skip
 
 
@@ -98,7 +101,7 @@ def _before(samples: CellSamples, evidence: Evidence, options: ProgressOptions) 
     return before
 
 
-FEATURES: Mapping[str, Callable[[Shown], FloatArray]] = {
+FEATURES: dict[str, Callable[[Shown], FloatArray]] = {
     "near": lambda one: one.around(one.verdict == Verdict.NEAR),
     "behind": lambda one: one.around(one.verdict == Verdict.BEHIND),
     "before": lambda one: share_around(one.samples, one.faced & (one.verdict == Verdict.BEFORE), one.faced),
@@ -118,6 +121,6 @@ FEATURES: Mapping[str, Callable[[Shown], FloatArray]] = {
 """Each a share or a flag from 0 to 1; "itself" is of the sample, the others of those round it, by it or over it."""
 
 
-def features_of(seen: Shown) -> FloatArray:
-    """Return the features (N, K) of every sample."""
-    return np.stack([feature(seen) for feature in FEATURES.values()], axis=1)
+def features_of(seen: Shown, names: Collection[str] = FEATURES) -> FloatArray:
+    """Return the features (N, K) of every sample, of these names."""
+    return np.stack([FEATURES[name](seen) for name in names], axis=1)

@@ -1,10 +1,10 @@
 """How high an element's concrete reaches: how likely each level is, by all that its sides show, seen or not.
 
 Concrete rises from below, so each upright line of cells has one level, under which all is built and over which nothing
-is. Along a wall the level stays, or is any other one where a joint lies. What sides show of a level adds up: what shows
-open is right more often than what shows built, for bars and formwork look built. Where sides contradict one another as
-a whole the element isn't what or where the design says. The numbers are fitted on rendered sites
-(benchmarks/site/fit_pour.py writes pour.json, with what each buys).
+is. Along a wall the level stays, or is any other one where a joint lies. What sides show of a level adds up, but the
+rows of one side err alike: each counts by a small share of its log-odds. Where sides contradict one another as a whole
+the element isn't what or where the design says. The numbers are fitted on rendered sites (benchmarks/site/fit_pour.py
+writes pour.json, with what each buys).
 Reference: Rabiner 1989, forward and backward along a hidden Markov chain: exact.
 """
 
@@ -27,18 +27,17 @@ rendered sites none does: it can't be fitted there, and costs a point of the bou
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Model:
-    """Fitted: what a side says of a row, a sample high, and how likely levels are that nobody sees.
+    """Fitted: what a row's samples are worth, which err alike, and how likely levels are that nobody sees.
 
-    `built_nats` and `open_nats` say a side that shows all of the row so, `face_nats` where a face was measured as well,
-    `few_shown` how soon a part of it is enough.
+    `built_weight`, `face_weight` and `open_weight` are the shares of their mean log-odds that count, where they look
+    built by depth alone, where a face was measured as well, and where they look open.
     `not_begun` is how likely nothing is built, and as likely is all. `doubt` is how likely a row that counts as known
     may be otherwise, `limit` how likely a state has to be.
     """
 
-    built_nats: float
-    face_nats: float
-    open_nats: float
-    few_shown: float
+    built_weight: float
+    face_weight: float
+    open_weight: float
     not_begun: float
     doubt: float
     limit: float
@@ -52,12 +51,16 @@ def model() -> Model:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Shown:
-    """An element's samples in each row of each side, (sides, nx, rows): all, built, open, and built and measured."""
+    """What each row of each side of an element shows, (sides, nx, rows).
+
+    How many samples it has, are built, open, and built and measured as a face; and the mean of their log-odds.
+    """
 
     every: FloatArray
     built: FloatArray
     open: FloatArray
     measured: FloatArray
+    log_odds: FloatArray
 
     @property
     def decided(self) -> FloatArray:
@@ -123,15 +126,15 @@ def _a_sample_off(chance: FloatArray) -> FloatArray:
 
 def _of_sides(shown: Shown, fitted: Model) -> FloatArray:
     """Return the log-likelihood (sides, nx, rows + 1) of each level by what each side shows in each line."""
-    decided = shown.decided
-    enough = 1.0 - np.exp(-fitted.few_shown * decided / np.maximum(shown.every, 1.0))
-    nats = fitted.built_nats * (shown.built - shown.measured) + fitted.face_nats * shown.measured
-    odds = enough * (nats - fitted.open_nats * shown.open) / np.maximum(decided, 1.0)
-    if_built, if_open = (np.where(decided > 0.0, -np.log1p(np.exp(sign * odds)), 0.0) for sign in (-1.0, 1.0))
+    of_face = shown.measured / np.maximum(shown.built, 1.0)
+    weight = fitted.built_weight + (fitted.face_weight - fitted.built_weight) * of_face
+    odds = np.where(shown.log_odds > 0.0, weight, fitted.open_weight) * shown.log_odds
+    shows = odds != 0.0
+    if_built, if_open = (np.where(shows, -np.log1p(np.exp(sign * odds)), 0.0) for sign in (-1.0, 1.0))
     none = np.zeros((*odds.shape[:2], 1))
     under = np.concatenate([none, np.cumsum(if_built, axis=2)], axis=2)
     over = np.concatenate([np.cumsum(if_open[:, :, ::-1], axis=2)[:, :, ::-1], none], axis=2)
-    return np.where((decided > 0.0).any(axis=2, keepdims=True), under + over, 0.0)
+    return np.where(shows.any(axis=2, keepdims=True), under + over, 0.0)
 
 
 def _along(evidence: FloatArray, prior: FloatArray, joint: float) -> tuple[FloatArray, FloatArray]:

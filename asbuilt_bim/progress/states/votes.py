@@ -24,7 +24,7 @@ from asbuilt_bim.progress.states.evidence import (
     open_view,
 )
 from asbuilt_bim.progress.states.features import shown
-from asbuilt_bim.progress.states.likelihood import decided, log_odds
+from asbuilt_bim.progress.states.likelihood import decided, log_odds, no_surer_than_learned
 from asbuilt_bim.progress.states.outlines import Covered, before_ends, covered, marked, may_be_concrete, stands_off
 from asbuilt_bim.progress.states.sample_grid import patches
 
@@ -38,6 +38,7 @@ class Votes:
 
     built: BoolArray
     open: BoolArray
+    log_odds: FloatArray  # (N,) of all stations together that it is built; 0 of what none shows
     contradicted: BoolArray  # one station alone would call it built, and another one open
     decided_by: dict[str, BoolArray]
     before: BoolArray  # something stands before it, at one station at least
@@ -77,6 +78,7 @@ class _Asked:
         return Votes(
             built=built,
             open=opened,
+            log_odds=no_surer_than_learned(total),
             contradicted=contradicted[0] & contradicted[1],
             decided_by={name: own for name, own in by.items() if own.any()},
             before=self.before,
@@ -151,7 +153,9 @@ def _ask(
     asked = np.zeros(count, dtype=bool)
     asked[seen.asked] = True
     height_m = samples.points_m[:, 2] - one.element.vertices_m[:, 2].min(initial=np.inf)
-    one.odds[station] = log_odds(shown(station, samples, evidence, asked, marked(own, count), off, height_m, options))
+    eye_m = view.pose.world_from_left[:3, 3]
+    of_all = shown(station, eye_m, samples, evidence, asked, marked(own, count), off, height_m, options)
+    one.odds[station] = log_odds(of_all)
     one.before |= (evidence.verdict == Verdict.BEFORE) | ((evidence.verdict == Verdict.NEAR) & evidence.tinted)
     kept = [(face, float(np.mean(evidence.tinted[face.samples]))) for face in own]
     one.covered += kept

@@ -29,6 +29,7 @@ ARRAY_FORMS: dict[str, ArrayForm] = {
     "built_uv_m": ArrayForm(nesting=2, shape=(None, 2), decimals=METRE_DECIMALS),
     "was_open_uv_m": ArrayForm(nesting=2, shape=(None, 2), decimals=METRE_DECIMALS),
     "open_uv_m": ArrayForm(nesting=2, shape=(None, 2), decimals=METRE_DECIMALS),
+    "row_log_odds": ArrayForm(nesting=0, shape=(None, None), decimals=0),
     "unknown_uv_m": ArrayForm(nesting=2, shape=(None, 2), decimals=METRE_DECIMALS),
     "outline_uv_m": ArrayForm(nesting=2, shape=(None, 2), decimals=METRE_DECIMALS),
     "target_left_px": ArrayForm(nesting=0, shape=(2,), decimals=PIXEL_DECIMALS),
@@ -53,7 +54,8 @@ def writer_of(form: ArrayForm) -> Callable[[Any], Any]:
             return [write(part, depth - 1) for part in value]
         array = np.asarray(value, dtype=np.float64)
         rounded = array if form.decimals is None else np.round(array, form.decimals)
-        return (rounded + 0.0).tolist()  # + 0.0 turns -0.0 into 0.0
+        whole = form.decimals == 0
+        return (rounded.astype(int) if whole else rounded + 0.0).tolist()  # + 0.0 turns -0.0 into 0.0
 
     return write
 

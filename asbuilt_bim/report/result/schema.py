@@ -36,6 +36,7 @@ _SHAPES: dict[tuple[int | None, ...], str] = {
     (7, 7): "matrix7",
     (None, 2): "ring2",
     (None, 3): "ring3",
+    (None, None): "grid",
 }
 
 

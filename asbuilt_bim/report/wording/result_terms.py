@@ -228,6 +228,7 @@ TERMS = {
     "unknown_uv_m": "Polygons not decided.",
     "outline_uv_m": "Union of all measured outlines.",
     "was_open_uv_m": "Polygons not decided that were open when they were last seen.",
+    "row_log_odds": "Log-odds of built against open: for each upright line its rows of 5 cm from the foot up.",
     "open_area_m2": "Exposed surface seen open, in m2.",
     "unknown_area_m2": "Exposed surface not decided, in m2.",
     "as_built_sigma_calibration_m2": "Its sigma's part that all faces of the rig share, in m2.",

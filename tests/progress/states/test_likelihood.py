@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import runpy
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,11 +12,12 @@ from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.match.result import FaceMatch
 from asbuilt_bim.progress.options import ProgressOptions
+from asbuilt_bim.progress.states import features
 from asbuilt_bim.progress.states.evidence import Evidence, Verdict
 from asbuilt_bim.progress.states.features import FEATURES, Shown, features_of, shown
 from asbuilt_bim.progress.states.likelihood import Model, chances, decided, log_odds, model, odds_of
 from asbuilt_bim.progress.states.outlines import covered, looks_like_bars, marked, stands_off
-from tests.match.small_site import box, element
+from tests.match.small_site import FAR, box, element
 
 OPTIONS = ProgressOptions()
 WALL = element("W", "wall", box(0, 0, 0, 3.0, 0.25, 2.0))
@@ -35,7 +38,7 @@ def evidence(verdict: FloatArray, offset_m: float = 0.0) -> Evidence:
 
 def show(seen: Evidence, outlined: BoolArray = NONE, stands_off: BoolArray = NONE) -> Shown:
     """Return what a station before the wall's front shows."""
-    return shown("A1", SAMPLES, seen, FRONT, outlined, stands_off, V, OPTIONS)
+    return shown("A1", np.add(FAR, [1.5, -5.0, 1.0]), SAMPLES, seen, FRONT, outlined, stands_off, V, OPTIONS)
 
 
 def of(*pieces: tuple[BoolArray, Verdict]) -> FloatArray:
@@ -166,3 +169,18 @@ def test_an_outline_covers_its_own_stations_samples_of_its_own_design_face() -> 
     assert [one.match for one in found] == [half] and found[0].flat
     np.testing.assert_array_equal(marked(found, len(U)), FRONT & (U < 1.5))
     assert not covered(WALL, SAMPLES, "A2", {WALL.faces[0].face_id: (half,)})
+
+
+def test_a_new_kind_of_evidence_is_one_file_and_weighs_nothing_until_it_is_fitted(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    seen = show(evidence(of((FRONT, Verdict.NEAR))), FRONT)
+    before = log_odds(seen)
+    monkeypatch.setattr(features, "FEATURES", FEATURES | {})
+    example = Path(__file__).parents[3] / "benchmarks" / "site" / "aslant.py"
+    assert len(example.read_text(encoding="utf-8").splitlines()) < 60
+    runpy.run_path(str(example))
+    new = features_of(seen, ["near", "aslant"])
+    straight = int(np.argmin(np.where(FRONT, np.hypot(U - 1.5, V - 1.0), np.inf)))
+    assert new[straight, 1] < 0.01 < new[FRONT, 1].max() < 1.0 and (new[~FRONT & (SAMPLES.face == 2), 1] == 1.0).all()
+    np.testing.assert_array_equal(log_odds(seen), before)

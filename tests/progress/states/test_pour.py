@@ -8,17 +8,17 @@ import pytest
 from asbuilt_bim.progress.states import pour
 from asbuilt_bim.progress.states.pour import Model, Shown, levels, model
 
-FITTED = Model(
-    built_nats=0.3, face_nats=0.8, open_nats=1.0, few_shown=1.0, not_begun=0.3, doubt=0.07, limit=0.7
-)  # fmt: skip
+FITTED = Model(built_weight=0.05, face_weight=0.15, open_weight=0.15, not_begun=0.3, doubt=0.07, limit=0.7)
+CLEAR = 8.0
 SIZE_M = (0.75, 0.15)
 
 
 def shown(built: object, opened: object, measured: object = 0.0, every: float = 5.0) -> Shown:
     b, o = np.asarray(built, dtype=float), np.asarray(opened, dtype=float)
     return Shown(
-        every=np.full(b.shape, every), built=b, open=o, measured=np.broadcast_to(np.asarray(measured), b.shape)
-    )
+        every=np.full(b.shape, every), built=b, open=o, measured=np.broadcast_to(np.asarray(measured), b.shape),
+        log_odds=CLEAR * (b - o) / every,
+    )  # fmt: skip
 
 
 def test_chances_are_those_of_all_walls_there_may_be_each_tried_for_itself() -> None:
