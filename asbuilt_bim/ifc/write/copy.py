@@ -1,6 +1,7 @@
 """A copy of the IFC file that carries the result; the source is never touched."""
 
 import os
+import re
 import shutil
 import uuid
 from collections.abc import Mapping, Sequence
@@ -79,8 +80,7 @@ def mark_file(
         history.write(element)
         if painter is not None:
             painter.paint(element, progress)
-    files = report.provenance.ifc_name if report.provenance is not None else ""
-    files = "" if files == Path(name).name else files
+    files = _several(report)
     for group in report.storeys:
         if (thing := marker.find(group.key, "IfcBuildingStorey")) is not None:
             mark_storey(marker, thing, group, report, photographed, files)
@@ -94,6 +94,12 @@ def mark_file(
     write_photos(marker, visits)
     if painter is not None:
         painter.finish()
+
+
+def _several(report: ProgressReport) -> str:
+    """Return the names of the result's IFC files where they are several, "" else: a copy may bear any name."""
+    names = report.provenance.ifc_name if report.provenance is not None else ""
+    return names if len(re.findall(r"\.ifc(?:zip)?(?:, |$)", names, re.IGNORECASE)) > 1 else ""
 
 
 def strip_asbuilt(source: Path | str, target: Path | str) -> int:

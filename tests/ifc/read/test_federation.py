@@ -15,6 +15,7 @@ from asbuilt_bim.bim.model import BimElement, BimModel
 from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.errors import DesignError, ResultError
 from asbuilt_bim.ifc.read.design import read_design
+from asbuilt_bim.ifc.write.copy import write_asbuilt
 from asbuilt_bim.ifc.write.federation import write_copies
 from asbuilt_bim.report.wording.notes import note_words
 from tests.ifc.models import ModelBuilder
@@ -171,6 +172,16 @@ def test_a_storey_of_several_files_says_whose_numbers_it_has_and_one_of_a_single
             for storey in file.by_type("IfcBuildingStorey"):
                 told.add(ifcopenshell.util.element.get_psets(storey).get("AsBuilt_Progress", {}).get("Files"))
         assert told - {None} == ({design.file_name} if len(paths) > 1 else set())
+
+
+def test_a_single_file_says_no_files_whatever_name_it_has_meanwhile(tmp_path: Path) -> None:
+    source = _pair(tmp_path)[0]
+    design = read_design(source)
+    made_from = sample_report().provenance
+    assert made_from is not None
+    report = replace(report_on(design, {"W": 1.0}), provenance=replace(made_from, ifc_name="Haus A, Bau 2.ifc"))
+    write_asbuilt(source, report, tmp_path / "out.ifc")
+    assert "'Files'" not in (tmp_path / "out.ifc").read_text(encoding="utf-8")
 
 
 def test_two_files_of_one_name_in_two_folders_get_copies_of_two_names(tmp_path: Path) -> None:
