@@ -116,7 +116,7 @@ FACES: Table = {
     Reason.NETWORK_SAW_NOTHING: Words(
         part="network {segmenter}",
         reason="sees no wall and no column where geometry does; measured as without it",
-        remedy="where the photo shows some, correct classes, input or least_score in its card",
+        remedy="where the photo shows some, correct classes, input or least_score in its card, or the plugin",
     ),
     Reason.INSTANCE_WITHOUT_DEPTH: Words(
         reason="{pixels_without} of {pixels} of its boundary's pixels have no depth (depth: {depth})",

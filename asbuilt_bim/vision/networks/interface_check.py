@@ -1,8 +1,9 @@
 """Segmenters and depth networks of other packages, checked against their interface: an error names the package."""
 
-import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from copy import deepcopy
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any, TypeVar, get_args
 
 import numpy as np
@@ -33,20 +34,21 @@ class CheckedSegmenter:
         Raises:
             PluginError: it failed, or its answer isn't as the interface says.
         """
-        found = _asked(self.who, lambda: list(self.inner.segment(pair, depth)))
+        given = deepcopy(pair), deepcopy(depth)  # its own: it may draw into them, and nothing else sees it
+        found = _asked(self.who, lambda: _listed(self.inner.segment(*given)))
         if len(found) > MAX_INSTANCES:
-            raise PluginError(f"{self.who} gave {len(found)} instances, more than {MAX_INSTANCES}")
+            raise PluginError(f"{self.who} gave more than {MAX_INSTANCES} instances")
         made = [self._checked(one, pair.left.shape[:2]) for one in found]
         return [one for one in made if one is not None]
 
     def _checked(self, one: object, shape: tuple[int, int]) -> Instance | None:
         if not isinstance(one, Instance):
             raise PluginError(f"{self.who} gave a {type(one).__name__} where an Instance is wanted")
-        if one.label not in get_args(InstanceClass):
-            raise PluginError(f"{self.who} gave the label '{one.label}'; walls and columns are wanted")
+        if not isinstance(one.label, str) or one.label not in get_args(InstanceClass):
+            raise PluginError(f"{self.who} gave the label {one.label!r:.60}; 'wall' or 'column' is wanted")
         score = one.score
-        if not isinstance(score, int | float) or not math.isfinite(score) or not 0.0 <= score <= 1.0:
-            raise PluginError(f"{self.who} gave the score {score}; 0 to 1 is wanted")
+        if not isinstance(score, int | float | np.integer | np.floating) or not 0.0 <= score <= 1.0:  # NaN is neither
+            raise PluginError(f"{self.who} gave the score {score!r:.60}; a number from 0 to 1 is wanted")
         mask = _array(self.who, "a mask", one.mask, shape, np.bool_)
         rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
         if rows.size == 0:
@@ -73,12 +75,19 @@ class CheckedDepth:
         Raises:
             PluginError: it failed, or its answer isn't as the interface says.
         """
-        found = _asked(self.who, lambda: self.inner.estimate(image))
+        found = _asked(self.who, lambda: self.inner.estimate(image.copy()))
         depth = _array(self.who, "relative depth", found, image.shape[:2], np.float32)
         if not np.isfinite(depth).all():
             raise PluginError(f"{self.who} gave relative depth that isn't finite everywhere")
         checked: Float32Array = freeze(depth.copy())
         return checked
+
+
+def _listed(answer: Iterable[Instance]) -> list[Instance]:
+    """Return an answer's instances up to one too many: a generator may have no end."""
+    if not isinstance(answer, Iterable):
+        raise TypeError(f"segment() gave {answer!r:.60}, no list")
+    return list(islice(answer, MAX_INSTANCES + 1))
 
 
 def _asked(who: str, ask: Callable[[], _Answer]) -> _Answer:

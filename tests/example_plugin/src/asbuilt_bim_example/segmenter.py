@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
-from asbuilt_bim.vision.masks.segment import Instance
+from asbuilt_bim.vision.masks.segment import Instance, InstanceSource
 from asbuilt_bim.vision.stereo.depth import DepthMap
 
 
@@ -19,4 +19,5 @@ class Halves:
         height, width = pair.left.shape[:2]
         mask = np.zeros((height, width), bool)
         mask[:, : width // 2] = True
-        return [Instance(label="wall", score=1.0, mask=mask, box_px=(0, 0, width // 2, height), source=self.name)]
+        box = (0, 0, width // 2, height)
+        return [Instance(label="wall", score=1.0, mask=mask, box_px=box, source=InstanceSource.NETWORK)]
