@@ -1,13 +1,14 @@
 """The Python face of the whole flow: what `asbuilt-bim run` and `report` do, in a script or a notebook."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, date, datetime
 from functools import partial
+from multiprocessing import current_process
 from pathlib import Path
 
 from asbuilt_bim.errors import OptionError, OutputError, ProjectError
-from asbuilt_bim.flow.measure_visit import Progress, Workplace
+from asbuilt_bim.flow.measure_visit import Workplace
 from asbuilt_bim.flow.output.carried_on import last_workbook
 from asbuilt_bim.flow.output.folder import open_output
 from asbuilt_bim.flow.output.publish import previous_result, publish_again, publish_run, with_what_is_known
@@ -48,7 +49,7 @@ def run(
     workers: int = 1,
     allow_outside: bool = False,
     cache: bool = True,
-    progress: Progress | None = None,
+    progress: Callable[[str, int, int, str], None] | None = None,
 ) -> Run:
     """Measure a project's stations and publish the outputs in the folder `out`, as `asbuilt-bim run` does.
 
@@ -63,6 +64,11 @@ def run(
     """
     if not isinstance(workers, int) or workers < 0:
         raise OptionError(f"workers: {workers!r} is no number of processes; give 1, 2 ..., or 0 for one per processor")
+    if workers != 1 and current_process().daemon:
+        raise OptionError(
+            f"workers: {workers} wants processes, and a daemon, as a worker of multiprocessing.Pool is, may start none; "
+            "give 1, or call from a worker of concurrent.futures.ProcessPoolExecutor"
+        )
     if isinstance(until, datetime) or not isinstance(until, date | None):
         raise OptionError(f"until: {until!r} is no day; give a datetime.date, such as date(2026, 3, 2)")
     project, out = path_of(project, "project"), path_of(out, "out")
@@ -126,7 +132,7 @@ def until_visit(project: Project, last: date | None) -> Project:
     return replace(project, visits=visits)
 
 
-def _told(progress: Progress, step: str, done: int, total: int, what: str = "") -> None:
+def _told(progress: Callable[[str, int, int, str], None], step: str, done: int, total: int, what: str = "") -> None:
     """Tell a host, who is promised all four, also where there is nothing to name."""
     progress(step, done, total, what)
 

@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import date, datetime
+from multiprocessing import current_process
 from pathlib import Path
 from typing import Any
 
@@ -175,6 +176,28 @@ def test_a_wrong_argument_of_a_run_is_refused_before_a_file_is_read(wrong: dict[
 def test_what_is_no_path_is_refused_with_the_arguments_name(call: Callable[[], object], argument: str) -> None:
     with pytest.raises(AsBuiltError, match=f"^{argument}: None is no path; give a text, or a pathlib.Path"):
         call()
+
+
+def test_a_path_that_no_file_can_have_is_refused_with_the_arguments_name() -> None:
+    for call in (lambda: asbuilt_bim.run("p.yaml", "o\0"), lambda: asbuilt_bim.read_design("o\0")):
+        with pytest.raises(AsBuiltError, match=r"^(out|path): 'o\\x00' is no path: it holds a null byte"):
+            call()
+    with pytest.raises(AsBuiltError, match=r"^path: 5 is no path"):
+        asbuilt_bim.read_design(5)  # type: ignore[arg-type]
+
+
+def test_a_worker_that_may_start_no_processes_is_told_so_before_a_file_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(current_process()._config, "daemon", True)  # as in a multiprocessing.Pool
+    for workers in (0, 2):
+        with pytest.raises(AsBuiltError, match=f"^workers: {workers} .* give 1, or call from .*ProcessPoolExecutor"):
+            asbuilt_bim.run("no.yaml", "out", workers=workers)
+    with pytest.raises(AsBuiltError, match="no such file"):
+        asbuilt_bim.run("no.yaml", "out", workers=1)
+
+
+def test_a_progress_callback_of_four_plain_arguments_is_what_the_type_asks_for() -> None:
+    wanted = inspect.signature(asbuilt_bim.run).parameters["progress"].annotation
+    assert wanted == Callable[[str, int, int, str], None] | None
 
 
 @pytest.mark.usefixtures("example_package")

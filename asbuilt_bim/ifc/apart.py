@@ -34,7 +34,8 @@ def read_design(path: Path | str | Sequence[Path | str], scope: str | None = Non
     Raises:
         DesignError: as there; or the file crashed its reader, or took too long or too much memory.
     """
-    paths = [path_of(one, "path") for one in ([path] if isinstance(path, Path | str | None) else path)]
+    named = [path] if isinstance(path, str) or not isinstance(path, Sequence) else path
+    paths = [path_of(one, "path") for one in named]
     return _apart(paths, design.read_design, paths, scope)
 
 

@@ -19,9 +19,12 @@ def path_of(given: Path | str, argument: str) -> Path:
         OptionError: it is none; `argument` is what the program knows it by.
     """
     try:
-        return Path(given)
+        path = Path(given)
     except TypeError as problem:
         raise OptionError(f"{argument}: {given!r:.60} is no path; give a text, or a pathlib.Path") from problem
+    if "\0" in str(path):
+        raise OptionError(f"{argument}: {str(path)!r:.60} is no path: it holds a null byte; take that out")
+    return path
 
 
 def open_regular(path: Path) -> BufferedReader:
