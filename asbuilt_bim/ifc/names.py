@@ -48,11 +48,11 @@ MARKS: tuple[Mark, ...] = (
     Mark(
         name="CompletionBest",
         kind="ratio",
-        meaning="built / (built + open), of a group the mean; absent where under half was decided",
+        meaning="what is likelier built than not, of a group the mean; absent where under half was seen",
     ),
     Mark(name="CompletionLower", kind="ratio", meaning="completion if what is unknown were open"),
     Mark(name="CompletionUpper", kind="ratio", meaning="completion if what is unknown were built"),
-    Mark(name="Coverage", kind="ratio", meaning="cells decided (built or open) / all cells"),
+    Mark(name="Coverage", kind="ratio", meaning="cells of which photos decide a side / all cells"),
     Mark(name="DeviationFromDesign", kind="length", meaning="largest offset of a measured face, positive outwards"),
     Mark(name="DeviationSigma", kind="length", meaning="standard deviation of DeviationFromDesign"),
     Mark(name="TiltMmPerM", kind="real", meaning="largest tilt of a measured face from plumb, in mm per m"),

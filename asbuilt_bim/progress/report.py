@@ -32,7 +32,7 @@ ENOUGH = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Completion:
-    """Completion in 0..1: best = built / (built + open), of a group the mean; None when coverage is under 10 %.
+    """Completion in 0..1: best is what is likelier built than not; None when coverage is under 10 %.
 
     In `lower` unknown counts as open, in `upper` as built; a cell that a pour line may cut by what is sure of it.
     """
@@ -40,7 +40,7 @@ class Completion:
     best: float | None
     lower: float
     upper: float
-    coverage: float  # decided cells / all cells
+    coverage: float  # cells of which photos decide a side / all cells
 
     @property
     def enough_seen(self) -> bool:

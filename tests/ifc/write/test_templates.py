@@ -32,3 +32,12 @@ def test_the_templates_are_valid_and_complete() -> None:
     assert names == {mark.name for mark in MARKS} | set(QUANTITIES)
     # the names Pset_ and Qto_ are buildingSMART's
     assert not any(one.Name.startswith(("Pset_", "Qto_")) for one in file.by_type("IfcPropertySetTemplate"))
+
+
+def test_nothing_that_readers_are_told_takes_the_best_estimate_or_what_was_seen_for_a_count_of_certain_cells() -> None:
+    root = COMMITTED.parents[1]
+    told = [COMMITTED, root / "schemas/result-1.json", root / "docs/conventions.md", root / "docs/ifc-mapping.md"]
+    for path in told:
+        text = path.read_text(encoding="utf-8").lower()
+        for wrong in ("built / (built + open)", "decided cells / all", "cells decided", "cells that are built or open"):
+            assert wrong not in text, f"{path.name}: {wrong}"
