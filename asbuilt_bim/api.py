@@ -66,7 +66,7 @@ def run(
         raise OptionError(f"workers: {workers!r} is no number of processes; give 1, 2 ..., or 0 for one per processor")
     if workers != 1 and current_process().daemon:
         raise OptionError(
-            f"workers: {workers} wants processes, and a daemon, as a worker of multiprocessing.Pool is, may start none; "
+            f"workers: {workers} wants processes, and a daemon (a worker of multiprocessing.Pool) may start none; "
             "give 1, or call from a worker of concurrent.futures.ProcessPoolExecutor"
         )
     if isinstance(until, datetime) or not isinstance(until, date | None):

@@ -171,6 +171,7 @@ def test_a_wrong_argument_of_a_run_is_refused_before_a_file_is_read(wrong: dict[
         (lambda: asbuilt_bim.strip_asbuilt(None, "w.ifc"), "source"),
         (lambda: asbuilt_bim.write_asbuilt("m.ifc", sample_report(), None), "target"),
         (lambda: asbuilt_bim.measure_pair(None, "right.jpg", "rig.yaml"), "left"),
+        (lambda: asbuilt_bim.measure_pair("l.jpg", "r.jpg", rig(), segment_network=None), "segment_network"),
     ],
 )
 def test_what_is_no_path_is_refused_with_the_arguments_name(call: Callable[[], object], argument: str) -> None:

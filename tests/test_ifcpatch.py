@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import os
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -10,7 +11,9 @@ import ifcopenshell
 import pytest
 from click.testing import CliRunner
 
+import asbuilt_bim
 from asbuilt_bim.cli import app
+from asbuilt_bim.errors import AsBuiltError
 from asbuilt_bim.ifc.read.design import read_design
 from asbuilt_bim.ifc.write.copy import write_asbuilt
 from asbuilt_bim.report.result.document import read_result, write_result
@@ -75,6 +78,12 @@ def test_a_result_that_cannot_be_used_is_refused_in_a_sentence_and_nothing_is_wr
         assert says in done.stderr
         assert "Traceback" not in done.stderr
         assert not (tmp_path / "out.ifc").exists()
+
+
+def test_a_result_that_is_no_path_is_refused_in_a_sentence() -> None:
+    recipe = runpy.run_path(str(Path(asbuilt_bim.__file__).parent / "ifcpatch_recipes" / "AsBuiltProgress.py"))
+    with pytest.raises(AsBuiltError, match=r"^result: None is no path"):
+        recipe["Patcher"](ifcopenshell.file(), result=None).patch()
 
 
 def test_ifcpatch_reads_the_recipes_documentation() -> None:

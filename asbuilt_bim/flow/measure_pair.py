@@ -61,12 +61,13 @@ def measure_pair(
         OptionError: what is given is no path, or no number.
     """
     _check_diameter(target_diameter_m)
+    segment, depth = _network(segment_network, "segment_network"), _network(depth_network, "depth_network")
     made = RigReading(rig=checked_rig(rig)) if isinstance(rig, StereoRig) else None
     left = path_of(left, "left")
     photos = _photos(left, None if right is None else path_of(right, "right"))
     reading = made or _read(rig, tuple(rig_cameras), photos)
     rig = reading.rig
-    choice = NetworkChoice(segment=_network(segment_network), depth=_network(depth_network))
+    choice = NetworkChoice(segment=segment, depth=depth)
     try_networks(choice)
     models = load_models(choice)
     left_out: tuple[str, ...] = ()
@@ -140,7 +141,7 @@ def _photo(path: Path) -> Photo:
     return replace(read_photo(path), name=path.name)
 
 
-def _network(named: Path | str) -> str:
+def _network(named: Path | str, argument: str) -> str:
     """Return a card's absolute path, or `bundled` and `plugin:NAME` as they are."""
-    text = str(named)
-    return text if text in ("", BUNDLED) or text.startswith(PREFIX) else str(Path(text).absolute())
+    card, text = path_of(named, argument), str(named)
+    return text if text in ("", BUNDLED) or text.startswith(PREFIX) else str(card.absolute())

@@ -8,7 +8,6 @@
 
 import logging
 import sys
-from pathlib import Path
 from typing import Any
 
 from asbuilt_bim.errors import AsBuiltError, ResultError
@@ -18,6 +17,7 @@ from asbuilt_bim.ifc.read.source import SCHEMAS
 from asbuilt_bim.ifc.write.copy import mark_file
 from asbuilt_bim.report.result.document import read_before, read_result
 from asbuilt_bim.report.wording.notes import note_words
+from asbuilt_bim.storage.regular_file import path_of
 
 _FILE = "the file that ifcpatch was given"
 
@@ -43,7 +43,7 @@ class Patcher:
         """
         self.file = file
         self.logger = logger or logging.getLogger("IFCPatch")
-        self.result = Path(result)
+        self.result = result
 
     def patch(self) -> None:
         """Write the result into the file.
@@ -64,12 +64,13 @@ class Patcher:
             schema = "no file" if self.file is None else f"schema {self.file.schema}"
             raise ResultError(f"{schema} is not supported; give an IFC file of {', '.join(SCHEMAS)}")
         refuse_circles(self.file, _FILE)
-        report = read_result(self.result)
-        folder = self.result.resolve().parent
+        path = path_of(self.result, "result")
+        report = read_result(path)
+        folder = path.resolve().parent
         current = read_current(folder)  # beside the copy in the output folder
         earlier = read_before(current.folder if current else folder, report.visit_date)
         mark_file(self.file, report, earlier=earlier, words=note_words, name=_FILE)
-        self.logger.info("AsBuiltProgress: wrote %s, visit of %s", self.result, report.visit_date)
+        self.logger.info("AsBuiltProgress: wrote %s, visit of %s", path, report.visit_date)
 
 
 def _on_the_command_line() -> bool:

@@ -133,8 +133,9 @@ def save(file: Any, target: Path) -> None:
         _flush(beside)
         beside.replace(target)
     except (OSError, RuntimeError) as error:
-        full = shutil.disk_usage(target.parent).free < _LEAST_FREE if target.parent.is_dir() else False
-        reason = "the disk is full" if full else getattr(error, "strerror", None) or str(error)
+        told = getattr(error, "strerror", None)
+        full = not told and target.parent.is_dir() and shutil.disk_usage(target.parent).free < _LEAST_FREE
+        reason = "the disk is full" if full else told or str(error)
         raise OutputError(
             f"{target}: the IFC copy can't be written ({reason}); check the folder's rights, free space, and that no "
             "other program holds the file"

@@ -68,8 +68,11 @@ def _uncertain(values: Values) -> Words:
 
 
 def _share(values: Values) -> str:
-    """Return a sigma as a share of its area; past the area itself a figure says nothing."""
-    return fill("{sigma_share:.0%}", values) if float(str(values["sigma_share"])) <= 1.0 else "over 100 %"
+    """Return a sigma as a share of its area, not rounded to its limit; past the area a figure says nothing."""
+    if float(str(values["sigma_share"])) > 1.0:
+        return "over 100 %"
+    rounded = fill("{sigma_share:.0%}", values)
+    return fill("{sigma_share:.1%}", values) if rounded == fill("{limit_share:.0%}", values) else rounded
 
 
 def together(station: str, code: Reason, faces: Sequence[tuple[str, Values]]) -> Words:

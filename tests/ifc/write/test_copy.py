@@ -444,6 +444,18 @@ def test_a_full_disk_is_said_as_such_and_the_librarys_own_half_file_goes(
     assert list(folder.iterdir()) == []
 
 
+def test_what_the_system_says_of_a_folder_stands_before_a_guess_at_a_full_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(*_: Any, **__: Any) -> None:
+        raise OSError(errno.EROFS, "Read-only file system")
+
+    monkeypatch.setattr(Path, "touch", refused)
+    monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=0))  # as a read-only image has
+    with pytest.raises(OutputError, match="Read-only file system"):
+        strip_asbuilt(_model("IFC4", tmp_path), tmp_path / "plain.ifc")
+
+
 def test_a_copy_that_was_cut_short_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     source = _model("IFC4", tmp_path)
     report = report_on(read_design(source), BEST)

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import asbuilt_bim
-from asbuilt_bim.codes import Reason, Subject, SubjectKind
+from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.report.wording.notes import NOTES
 from asbuilt_bim.report.wording.reasons import REJECTIONS, words_of
@@ -110,6 +110,19 @@ def test_a_sentence_reads_as_one_line_with_value_limit_and_remedy() -> None:
         "station A3: rows of left and right don't correspond: the rig was knocked, or the photos are of another rig "
         "(rows 6.0 px apart, limit 2 px); calibrate the rig again, and take the station again"
     )
+
+
+def test_a_sigma_over_its_limit_does_not_read_as_its_limit() -> None:
+    face = Subject(kind=SubjectKind.FACE, name="A/x1", station="A")
+    values: dict[str, Value] = {"label": "wall", "area_m2": 6.0, "distance_m": 37.9, "limit_share": 0.2}
+    told = {
+        share: words_of(Rejection(code=Reason.FACE_UNCERTAIN, subject=face, values=values | {"sigma_share": share}))
+        for share in (0.204, 0.35)
+    }
+    assert [(one.value, one.limit) for one in told.values()] == [
+        ("sigma 20.4 % of its area", "20 %"),
+        ("sigma 35 % of its area", "20 %"),
+    ]
 
 
 def test_where_all_of_it_fits_the_design_and_may_be_chance_that_is_what_is_said() -> None:
