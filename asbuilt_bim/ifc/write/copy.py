@@ -1,7 +1,6 @@
 """A copy of the IFC file that carries the result; the source is never touched."""
 
 import os
-import re
 import shutil
 import uuid
 from collections.abc import Mapping, Sequence
@@ -9,6 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from asbuilt_bim.bim.file_names import file_names
 from asbuilt_bim.errors import OutputError, ResultError
 from asbuilt_bim.ifc.names import PHOTO
 from asbuilt_bim.ifc.native_path import native_path
@@ -99,7 +99,7 @@ def mark_file(
 def _several(report: ProgressReport) -> str:
     """Return the names of the result's IFC files where they are several, "" else: a copy may bear any name."""
     names = report.provenance.ifc_name if report.provenance is not None else ""
-    return names if len(re.findall(r"\.ifc(?:zip)?(?:, |$)", names, re.IGNORECASE)) > 1 else ""
+    return names if len(file_names(names)) > 1 else ""
 
 
 def strip_asbuilt(source: Path | str, target: Path | str) -> int:

@@ -1,7 +1,7 @@
 """The XML of BCF 2.1 and 3.0: a topic's markup and its viewpoint. Text is escaped by the writer, never pasted."""
 
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import date
 from typing import Literal
 
@@ -40,12 +40,15 @@ def extensions_xml() -> bytes:
     return _document(root)
 
 
-def markup_xml(topic: Topic, version: Version, has_viewpoint: bool, has_snapshot: bool, ifc_name: str) -> bytes:
+def markup_xml(
+    topic: Topic, version: Version, has_viewpoint: bool, has_snapshot: bool, ifc_names: Sequence[str]
+) -> bytes:
     """Return `markup.bcf` of a topic."""
     root = ET.Element("Markup")
-    header = ET.SubElement(root, "Header")
-    file = ET.SubElement(ET.SubElement(header, "Files") if version == "3.0" else header, "File")
-    add(file, "Filename", plain(ifc_name))
+    header = ET.SubElement(root, "Header") if ifc_names else root
+    files = ET.SubElement(header, "Files") if ifc_names and version == "3.0" else header
+    for name in ifc_names:
+        add(ET.SubElement(files, "File"), "Filename", plain(name))
     about = {"Guid": topic.guid, "TopicType": str(topic.kind), "TopicStatus": topic.status}
     inside = ET.SubElement(root, "Topic", about)
     add(inside, "Title", plain(topic.title))

@@ -5,6 +5,7 @@ import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from asbuilt_bim.bim.file_names import file_names
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.bcf.markup import (
     SNAPSHOT,
@@ -49,7 +50,7 @@ def issues_bytes(
 ) -> bytes:
     """Return one file's bytes; `snapshots` maps a topic's GUID to its picture as PNG."""
     colours = {element.global_id: STATE_COLOURS[element.shown_state] for element in report.elements}
-    ifc_name = report.provenance.ifc_name if report.provenance else ""
+    ifc_names = file_names(report.provenance.ifc_name) if report.provenance else ()
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         _put(archive, "bcf.version", version_xml(version))
@@ -58,7 +59,7 @@ def issues_bytes(
         for topic in topics:
             snapshot = snapshots.get(topic.guid)
             looks = topic.camera is not None or bool(topic.elements)
-            markup = markup_xml(topic, version, looks, looks and snapshot is not None, ifc_name)
+            markup = markup_xml(topic, version, looks, looks and snapshot is not None, ifc_names)
             _put(archive, f"{topic.guid}/markup.bcf", markup)
             if looks:
                 _put(archive, f"{topic.guid}/{VIEWPOINT}", viewpoint_xml(topic, version, colours))

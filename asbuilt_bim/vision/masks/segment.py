@@ -41,7 +41,7 @@ class Instance:
 
 @runtime_checkable
 class Refuter(Protocol):
-    """What a segmenter may have beside: it knows things that are no wall and no column; version 1 of the interface."""
+    """What a network with a card has beside, no plugin is asked: it knows things that are no wall and no column."""
 
     def refuted(self, pair: RectifiedPair) -> tuple[BoolArray, ...]:
         """Return masks bool (H, W) of what is something else: formwork, hoardings, people, machines."""
@@ -50,7 +50,7 @@ class Refuter(Protocol):
 
 @runtime_checkable
 class Blurrer(Protocol):
-    """What a segmenter may have beside: it finds people; version 1 of the interface."""
+    """What a network with a card has beside, no plugin is asked: it finds people."""
 
     def people(self, image: ByteImage) -> BoolArray | None:
         """Return where people are in a BGR picture, bool (H, W); None where it isn't asked to look for any."""
@@ -59,7 +59,7 @@ class Blurrer(Protocol):
 
 @runtime_checkable
 class SurfaceSegmenter(Protocol):
-    """What a segmenter may have beside: it tells things apart by the photo's surfaces; version 1 of the interface."""
+    """What a network with a card has beside, no plugin is asked: it tells things apart by the photo's surfaces."""
 
     def segment_on(self, pair: RectifiedPair, depth: DepthMap | None, scene: Scene) -> list[Instance]:
         """Return the instances as `Segmenter.segment` does, the photo's surfaces being known."""

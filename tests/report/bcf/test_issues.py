@@ -78,6 +78,21 @@ def test_another_programs_reader_gets_every_topic_with_element_camera_and_pictur
         assert (view.snapshot is not None) == (guid in shown)
 
 
+@pytest.mark.parametrize("version", FILES)
+def test_each_ifc_file_of_a_design_stands_in_the_header_by_itself(version: str, tmp_path: Path) -> None:
+    report = contradicted()
+    assert report.provenance is not None
+    for joined, single in (
+        ("Haus A, Bau 2.ifc, architecture.IFCZIP, mep.ifc", ["Haus A, Bau 2.ifc", "architecture.IFCZIP", "mep.ifc"]),
+        ("", []),
+    ):
+        named = replace(report, provenance=replace(report.provenance, ifc_name=joined))
+        for one in loaded(named, version, tmp_path).topics.values():
+            header = one.header
+            listed = [] if header is None else header.file if version == "2.1" else header.files.file
+            assert [file.filename for file in listed] == single
+
+
 def test_no_topic_carries_what_its_photo_shows_away_from_the_thing() -> None:
     """Fine stripes stand for people: away from every outline none is sharp in a picture."""
     report = contradicted()
