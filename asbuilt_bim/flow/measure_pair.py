@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from numbers import Real
+from numbers import Integral, Real
 from pathlib import Path
+from typing import get_args
 
 from asbuilt_bim.camera.photo.read import Photo, read_photo, side_by_side
 from asbuilt_bim.camera.rig import StereoRig
@@ -58,9 +59,10 @@ def measure_pair(
         MaskError: the masks can't be used.
         NetworkError, PluginError: a network can't be used.
         MeasureError: the pair can't be measured; the message holds every reason.
-        OptionError: what is given is no path, or no number.
+        OptionError: what is given is no path, no number, or no class of a mask.
     """
     _check_diameter(target_diameter_m)
+    _check_classes(mask_classes)
     segment, depth = _network(segment_network, "segment_network"), _network(depth_network, "depth_network")
     made = RigReading(rig=checked_rig(rig)) if isinstance(rig, StereoRig) else None
     left = path_of(left, "left")
@@ -111,6 +113,17 @@ def _check_diameter(diameter_m: object) -> None:
         raise MeasureError(
             f"target_diameter_m: {float(diameter_m):g} m, limit {DIAMETERS_M[0]:g} to {DIAMETERS_M[1]:g} m; measure "
             "the red disc, or leave it out"
+        )
+
+
+def _check_classes(classes: object) -> None:
+    given = {} if classes is None else classes
+    if not isinstance(given, Mapping) or not all(
+        isinstance(label, Integral) and name in get_args(InstanceClass) for label, name in given.items()
+    ):
+        raise OptionError(
+            f"mask_classes: {classes!r:.60} doesn't give wall or column to label numbers; write it as "
+            "{1: 'wall', 2: 'column'}"
         )
 
 

@@ -114,6 +114,13 @@ def test_a_target_diameter_that_is_no_number_is_refused_in_words(folder: Path, d
                                  target_diameter_m=diameter_m)  # type: ignore[arg-type]  # fmt: skip
 
 
+@pytest.mark.parametrize("classes", [{1: "slab"}, {"1": "wall"}, ["wall"], {1: ["wall"]}])
+def test_classes_of_masks_that_nobody_knows_are_refused_in_words(folder: Path, classes: object) -> None:
+    with pytest.raises(OptionError, match=r"^mask_classes: .* doesn't give wall or column to label numbers; write it"):
+        asbuilt_bim.measure_pair(folder / "left.png", folder / "right.png", folder / "rig.yaml",
+                                 masks=folder / "no.png", mask_classes=classes)  # type: ignore[arg-type]  # fmt: skip
+
+
 def test_what_dominates_sigma_is_told_and_a_rig_that_does_not_know_is_not_calibration(found) -> None:
     face = found.faces[0]
     big = replace(face, area_sigma_calibration_m2=1.0, area_sigma_image_m2=0.1)
