@@ -7,7 +7,7 @@ from typing import Protocol, cast
 
 from asbuilt_bim.errors import OutputError, PluginError
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.storage.plugins import Plugin, PluginGroup, find
+from asbuilt_bim.storage.plugins import Plugin, PluginGroup, find, in_one_line
 
 FOLDER = "extra"
 """Where in a run folder the plugins' folders lie."""
@@ -53,7 +53,7 @@ def run_writers(writers: Iterable[Plugin], report: ProgressReport, run: Path) ->
             shutil.rmtree(folder, ignore_errors=True)
             warnings.append(
                 f"{plugin.who} failed as a report writer "
-                f"({type(problem).__name__}: {problem}); nothing of it was kept, everything else is there"
+                f"({in_one_line(problem)}); nothing of it was kept, everything else is there"
             )
     return tuple(warnings)
 

@@ -7,8 +7,11 @@ An entry point names a callable that takes no arguments and returns the object; 
 from dataclasses import dataclass
 from enum import Enum
 from importlib.metadata import EntryPoint, entry_points
+from textwrap import shorten
 
 from asbuilt_bim.errors import PluginError
+
+_LONGEST = 300  # characters of a plugin's own message
 
 PREFIX = "plugin:"
 """What stands before a plugin's name where the project file could also name a file or a bundled network."""
@@ -45,6 +48,11 @@ class Plugin:
         return f"the plugin '{self.name}' of {self.package} {self.version}"
 
 
+def in_one_line(problem: BaseException) -> str:
+    """Return what a plugin threw, in one line: some libraries' messages fill pages."""
+    return f"{type(problem).__name__}: {shorten(str(problem), _LONGEST)}"
+
+
 def installed(group: PluginGroup) -> tuple[str, ...]:
     """Return the names that installed packages offer in a group; nothing of theirs is imported."""
     return tuple(sorted({point.name for point in entry_points(group=group.value[0])}))
@@ -65,7 +73,7 @@ def find(group: PluginGroup, name: str) -> Plugin:
         made = point.load()()
     except (Exception, SystemExit) as problem:  # others' code: whatever it throws is named as theirs
         raise PluginError(
-            f"{who} can't be loaded ({type(problem).__name__}: {problem}); mend or update {package}, or take the name "
+            f"{who} can't be loaded ({in_one_line(problem)}); mend or update {package}, or take the name "
             "out of the project file"
         ) from problem
     method = group.value[1]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.errors import PluginError
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, freeze
+from asbuilt_bim.storage.plugins import in_one_line
 from asbuilt_bim.vision.masks.segment import Instance, InstanceClass, InstanceSource, Segmenter
 from asbuilt_bim.vision.stereo.depth import DepthMap, RelativeDepth
 
@@ -94,7 +95,7 @@ def _asked(who: str, ask: Callable[[], _Answer]) -> _Answer:
     try:
         return ask()
     except (Exception, SystemExit) as problem:  # others' code: whatever it throws is named as theirs
-        raise PluginError(f"{who} failed ({type(problem).__name__}: {problem}); report it to its makers") from problem
+        raise PluginError(f"{who} failed ({in_one_line(problem)}); report it to its makers") from problem
 
 
 def _array(who: str, what: str, found: object, shape: tuple[int, int], kind: type[np.generic]) -> NDArray[Any]:

@@ -74,6 +74,15 @@ def test_a_segmenter_that_breaks_its_promise_is_named_with_its_package(answer: A
         segmented(answer)
 
 
+def test_a_plugins_message_of_many_lines_is_told_in_one() -> None:
+    missing = "\n".join(f"  size mismatch for backbone.{k}.weight" for k in range(1000))
+    with pytest.raises(PluginError) as caught:
+        segmented(RuntimeError(f"Error(s) in loading state_dict:\n{missing}"))
+    told = str(caught.value)
+    assert "\n" not in told and len(told) < 500
+    assert "loading state_dict: size mismatch for backbone.0.weight" in told and "report it to its makers" in told
+
+
 def test_a_score_of_numpys_own_kinds_is_a_number() -> None:
     scores = [one.score for one in segmented([replace(GOOD, score=kind(1)) for kind in (np.float32, np.int64)])]  # type: ignore[arg-type]
     assert scores == [1.0, 1.0]
