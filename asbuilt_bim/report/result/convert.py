@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from datetime import date, datetime
 from functools import cache
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar, get_args, get_origin
 
 from cattrs import Converter, transform_error
 from cattrs.errors import BaseValidationError
@@ -153,6 +153,8 @@ def _structure(cls: type[Any], converter: Converter) -> Callable[[Any, Any], Any
 
 def _in_words(error: BaseException, kind: type[Any] | None) -> str:
     """Say what a value should have been; our own array checks say it themselves."""
+    if get_origin(kind) is Literal:
+        return f"{str(error).partition(' not in literal')[0]} is none of {', '.join(map(str, get_args(kind)))}"
     return str(error) if type(error) is ValueError else str(format_exception(error, kind))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from dataclasses import fields, replace
 from pathlib import Path
@@ -109,6 +110,14 @@ def test_what_is_damaged_or_another_file_is_named(path: Path, old: str, new: str
     path.write_text(text.replace(old, new, 1), encoding="utf-8")
     with pytest.raises(ResultError, match=named):
         read_summary(path)
+
+
+def test_a_state_that_nobody_knows_is_named_with_those_that_there_are(path: Path) -> None:
+    storey = read_summary(path).storeys[0].key
+    text = path.read_text(encoding="utf-8")
+    path.write_text(re.sub(r'"state":"[a-z ]+"', '"state":"hovering"', text), encoding="utf-8")
+    with pytest.raises(ResultError, match=r"hovering is none of complete, part, .*elements\[0\]\.state"):
+        read_elements(path, storey)
 
 
 def test_a_storey_that_is_not_there_is_named(path: Path, tmp_path: Path) -> None:
