@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.errors import AsBuiltError, OutputError
+from asbuilt_bim.errors import AsBuiltError, MeasureError, OutputError
 from asbuilt_bim.flow.measure_visit import Progress, StationJob, Workplace, lost_station, options_of, read_pair
 from asbuilt_bim.flow.output.folder import output_error
 from asbuilt_bim.flow.rig_source import rig_of
@@ -44,6 +44,8 @@ def label_command(path: Path, target: Path, *, workers: int, replace: bool, allo
         labels = label_project(visited, source.rig, place, progress)
     for name, reason in labels.left_out.items():
         screen.warn(f"{name} was LEFT OUT: {reason}")
+    if not labels.photos:
+        raise MeasureError(f"not one photo could be labelled, so {target} wasn't written")
     _write(target, json.dumps(coco_document(labels.photos), ensure_ascii=False, indent=1))
     count = sum(len(photo.instances) for photo in labels.photos)
     screen.say(f"{count} masks of {len(labels.photos)} photos are in {target}; correct them in an annotation tool,")
