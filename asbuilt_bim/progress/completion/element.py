@@ -180,14 +180,14 @@ def state_of(
     half_seen = completion.coverage >= options.enough_coverage
     low, high = part_of(cells, height_m, options)
     whole = cells.levels.between(high + 1, cells.levels.rows)
-    if whole >= limit and completion.lower > 0.0 and _top_is_seen(cells, options):
+    if whole >= limit and completion.lower > 0.0 and _top_is_seen(cells, height_m, options):
         return "complete", None if half_seen else Reason.SEEN_TO_TOP
     if cells.levels.between(0, low - 1) >= limit:
         return "not started", None if half_seen else Reason.SEEN_WITH_FOOT
     if cells.levels.between(low, high) >= limit:
         return "part", None
     likely = cells.likely[cells.seen] >= 0.5
-    if likely.all() and not _top_is_seen(cells, options):
+    if likely.all() and not _top_is_seen(cells, height_m, options):
         return "unknown", Reason.TOP_NOT_SEEN
     if not likely.any() and not cells.seen[cells.height == cells.height.min()].any():
         return "unknown", Reason.FOOT_NOT_SEEN
@@ -200,9 +200,10 @@ def part_of(cells: CellStates, height_m: float, options: ProgressOptions) -> tup
     return round(options.kicker_m / height_m * rows) + 1, int(np.ceil(options.complete_from * rows)) - 1
 
 
-def _top_is_seen(cells: CellStates, options: ProgressOptions) -> bool:
-    """Say whether any cell was seen that reaches the height from which an element is complete."""
-    return bool(np.any(cells.seen & (cells.height + cells.height.min() >= options.complete_from)))
+def _top_is_seen(cells: CellStates, height_m: float, options: ProgressOptions) -> bool:
+    """Say whether any cell was seen that reaches the top, or as near as a kicker is high: so little is no level."""
+    reaches = cells.height + cells.height.min()
+    return bool(np.any(cells.seen & (reaches >= min(options.complete_from, 1.0 - options.kicker_m / height_m))))
 
 
 def _held_back(cells: CellStates, completion: Completion) -> Completion:
