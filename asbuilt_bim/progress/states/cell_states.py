@@ -15,7 +15,7 @@ from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.borders import well_inside, wherever_it_lies
 from asbuilt_bim.progress.states.likelihood import least_nats
 from asbuilt_bim.progress.states.pour import Levels, Model, Shown, levels, model
-from asbuilt_bim.progress.states.rows import Side, of_sides, sides_of
+from asbuilt_bim.progress.states.rows import Side, of_sides, rows_shape, sides_of
 from asbuilt_bim.progress.surface import SurfaceState
 
 
@@ -144,9 +144,12 @@ def shown_rows(
 ) -> Shown:
     """Return what each side shows in each row: how many samples are built, open, measured as a face, and how clearly.
 
-    A row is about a sample high, and a cell some rows. Of a row that a side shows too little of, only all samples and
+    An element of which nothing is known shows no side. Of a row that a side shows too little of, only all samples and
     the log-odds are told. What is `unforgotten` counts as open, where it was so when it was last seen.
     """
+    if not any(surface.built_uv_m or surface.open_uv_m or surface.was_open_uv_m for surface in surfaces):
+        nothing = np.zeros((0, *rows_shape(element, options.spacing_m)))
+        return Shown(every=nothing, built=nothing, open=nothing, measured=nothing, log_odds=nothing)
     samples, by_face = cell_samples(element, options.spacing_m), {surface.face_id: surface for surface in surfaces}
     built, opened, outlined, was_open = (np.zeros(len(samples.face), dtype=bool) for _ in range(4))
     for index, face in enumerate(element.faces):

@@ -26,7 +26,7 @@ class Side:
 
     def count(self, of: BoolArray | FloatArray) -> FloatArray:
         """Add up what is said of each sample (N,) of the element by rows: (nx, rows)."""
-        weights = np.asarray(of, dtype=np.float64)[self.samples]
+        weights = of[self.samples].astype(np.float64)
         total = np.bincount(self.row, weights=weights, minlength=self.shape[0] * self.shape[1])
         return total.reshape(self.shape).astype(np.float64)
 
@@ -36,10 +36,15 @@ class Side:
         return mean
 
 
+def rows_shape(element: BimElement, spacing_m: float) -> tuple[int, int]:
+    """Return how many upright lines of cells an element has, and rows in each: a row is about a sample high."""
+    lines, cells = element_cells(element).shape
+    return lines, cells * max(1, round(element.height_m / cells / spacing_m))
+
+
 def sides_of(element: BimElement, spacing_m: float) -> Iterator[Side]:
     """Return the sides that show anything of an element, face by face."""
-    cells, samples = element_cells(element), cell_samples(element, spacing_m)
-    shape = cells.shape[0], cells.shape[1] * max(1, round(element.height_m / cells.shape[1] / spacing_m))
+    samples, shape = cell_samples(element, spacing_m), rows_shape(element, spacing_m)
     row = cell_numbers(element, samples.points_m, shape)
     for index, face in enumerate(element.faces):
         own = np.flatnonzero(samples.face == index)

@@ -274,3 +274,9 @@ def test_a_part_has_a_best_estimate_that_is_one() -> None:
         shown = says(0, built=polygon.box(0, 0, 0.4, height), opened=polygon.box(0, height, 0.4, 3.0), of=COLUMN)
         one = progress(shown, of=COLUMN)
         assert one.state != "part" or (one.completion.best or 0.0) > OPTIONS.kicker_m / 3.0
+
+
+def test_an_element_that_stands_within_others_has_nothing_to_show_and_is_unknown() -> None:
+    within = element("N", "wall", box(0, 0, 0, 4.0, 0.25, 3.0), {side: () for side in range(4)})
+    one = progress(of=within)
+    assert one.state == "unknown" and (one.completion.lower, one.completion.upper) == (0.0, 1.0)
