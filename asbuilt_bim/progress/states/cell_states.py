@@ -55,7 +55,7 @@ def cell_states(element: BimElement, surfaces: Sequence[SurfaceState], options: 
     shown = shown_rows(element, surfaces, options)
     found = decided_cells(element, shown, model())
     if any(surface.was_open_uv_m for surface in surfaces):
-        before = decided_cells(element, _unforgotten(element, surfaces, shown, options), model())
+        before = decided_cells(element, _unforgotten(element, surfaces, shown, options), model(), at_once=False)
         found = replace(
             found, built=found.built & before.built, least=np.minimum(found.least, before.least),
             held=np.minimum(found.likely, before.likely),
@@ -77,14 +77,14 @@ def _unforgotten(
     )
 
 
-def decided_cells(element: BimElement, shown: Shown, fitted: Model) -> CellStates:
+def decided_cells(element: BimElement, shown: Shown, fitted: Model, *, at_once: bool = True) -> CellStates:
     """Decide each cell by what each side shows in each row.
 
     Nothing is certain that nobody saw, but for what lies under concrete that was seen, or over a place seen open. What
     its own sides show otherwise than the level says is unknown: it may be an opening, or hang over one.
     """
     cells = element_cells(element)
-    found = levels(shown, (element.length_m, element.height_m), fitted)
+    found = levels(shown, (element.length_m, element.height_m), fitted, at_once=at_once)
     chance = found.built()
     says_built, says_open, shows = (
         np.asarray(one.any(axis=0)) for one in (shown.built > shown.open, shown.open > shown.built, shown.decided > 0.0)
@@ -156,25 +156,26 @@ def shown_rows(
         own, surface = np.flatnonzero(samples.face == index), by_face[face.face_id]
         for flags, region in (
             (built, surface.built_uv_m), (opened, surface.open_uv_m), (outlined, surface.outline_uv_m),
-            (was_open, surface.was_open_uv_m if unforgotten else ()),
+            (was_open, surface.was_open_uv_m),
         ):  # fmt: skip
             flags[own] = polygon.contains(region, samples.uv_m[own])
     sides = list(sides_of(element, options.spacing_m))
     every, of_built, of_open, measured = (
         np.array([side.count(flags) for side in sides])
-        for flags in (built | True, built, opened | was_open, built & outlined)
+        for flags in (built | True, built, opened | (was_open & unforgotten), built & outlined)
     )
     odds = np.array([
         rows
         for index, face in enumerate(element.faces)
         for rows in _log_odds([side for side in sides if side.face == index], by_face[face.face_id], built, opened)
     ])  # fmt: skip
-    least = np.array([-least_nats() * side.share(was_open) for side in sides])
+    was = np.array([side.share(was_open) for side in sides])
+    if unforgotten:
+        odds = np.where(was > 0.0, np.minimum(odds, -least_nats() * was), odds)
+    else:
+        odds = np.where((was > 0.0) & (of_open == 0.0), np.maximum(odds, 0.0), odds)
     enough = of_built + of_open >= options.shown_share * every
-    return Shown(
-        every=every, built=of_built * enough, open=of_open * enough, measured=measured * enough,
-        log_odds=np.minimum(odds, np.where(least < 0.0, least, np.inf)),
-    )  # fmt: skip
+    return Shown(every=every, built=of_built * enough, open=of_open * enough, measured=measured * enough, log_odds=odds)
 
 
 def _log_odds(

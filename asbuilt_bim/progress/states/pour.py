@@ -94,10 +94,11 @@ class Levels:
         return float(self.chance[self.seen, low : high + 1].sum(axis=1).mean()) if self.seen.any() else 0.0
 
 
-def levels(shown: Shown, size_m: tuple[float, float], fitted: Model) -> Levels:
+def levels(shown: Shown, size_m: tuple[float, float], fitted: Model, *, at_once: bool = True) -> Levels:
     """Return how likely each level is by what shows of an element so long and high.
 
-    Of an element that shows nothing each level is as likely as it is anywhere.
+    Of an element that shows nothing each level is as likely as it is anywhere. What was not seen `at_once` doesn't
+    contradict itself: the element may have risen between.
     """
     shows = shown.decided > 0.0
     lines, rows = shows.shape[1:]
@@ -111,7 +112,7 @@ def levels(shown: Shown, size_m: tuple[float, float], fitted: Model) -> Levels:
     joint = min(size_m[0] / lines / JOINT_M, 0.5)
     together, chance = _along(of_sides.sum(axis=0), prior, joint)
     torn = 0.0
-    if len(of_sides) > 1:
+    if at_once and len(of_sides) > 1:
         apart = _along(of_sides, prior, joint)[0].sum() + np.log(APART)
         torn = float(np.exp(apart - np.logaddexp(apart, together)))
     return Levels(chance=_a_sample_off((1.0 - torn) * chance + torn * prior), torn=torn, seen=seen)

@@ -69,14 +69,16 @@ class Before:
 def row_log_odds(sides: Sequence[Side], odds: FloatArray, before: Before) -> FloatArray | None:
     """Return how clearly a face's rows are built or open: mean log-odds in whole nats, (sides * nx, rows).
 
-    It is the mean of its samples' own (N,), or what was seen before and still stands; None where nothing is known.
+    It is the mean of its samples' own (N,). What was seen built before and still stands stays as clear, and a row that
+    nothing shows now is what it was. None where nothing is known.
     """
     kept, rows = of_sides(before.rows, sides), []
     for number, side in enumerate(sides):
         now, was = side.share(odds), side.share(before.built)
-        earlier = least_nats() * was if kept is None else np.maximum(kept[number], 0.0)
-        left = earlier * side.share(before.stands) / np.maximum(was, 1e-9)
-        rows.append(np.where(was > 0.0, np.maximum(now, left), now))
+        earlier = least_nats() * was if kept is None else kept[number]
+        left = np.maximum(earlier, 0.0) * side.share(before.stands) / np.maximum(was, 1e-9)
+        known = np.where(side.share(odds != 0.0) > 0.0, now, np.where(was > 0.0, np.minimum(earlier, 0.0), earlier))
+        rows.append(np.where(left > 0.0, np.maximum(known, left), known))
     found = np.round(np.concatenate(rows)) + 0.0 if rows else np.zeros(0)  # never -0.0
     return found if found.any() else None
 

@@ -63,5 +63,10 @@ def test_sides_that_contradict_one_another_as_a_whole_decide_nothing() -> None:
         (0.4, 2.9), model(),
     )  # fmt: skip
     assert both.torn > 0.5
+    later = levels(
+        shown(np.concatenate([all_of_it, none]), np.concatenate([none, all_of_it]), np.concatenate([all_of_it, none])),
+        (0.4, 2.9), model(), at_once=False,
+    )  # fmt: skip
+    assert later.torn == 0.0  # one side was seen before it rose
     agreed = levels(shown(np.tile(all_of_it, (2, 1, 1)), np.tile(none, (2, 1, 1))), (0.4, 2.9), model())
     assert agreed.torn < 0.05

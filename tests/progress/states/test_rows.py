@@ -46,11 +46,14 @@ def test_what_stands_stays_as_clear_as_it_was_seen_however_many_visits_see_nothi
     assert again == pytest.approx(seen)
 
 
-def test_what_was_open_is_forgotten_and_what_is_gone_says_nothing() -> None:
+def test_a_row_that_nothing_shows_is_what_it_was_and_what_is_gone_says_nothing() -> None:
     seen = row_log_odds(FRONT, np.where(LOW, 6.0, -6.0), FIRST)
-    stands = row_log_odds(FRONT, np.zeros(len(LOW)), Before(built=LOW, stands=LOW, rows=seen))
-    assert stands is not None and (stands[:, 20:] == 0.0).all() and (stands[:, :20] == 6.0).all()
-    assert row_log_odds(FRONT, np.zeros(len(LOW)), Before(built=LOW, stands=NOTHING, rows=seen)) is None
+    again = row_log_odds(FRONT, np.zeros(len(LOW)), Before(built=LOW, stands=LOW, rows=seen))
+    assert again is not None and (again == seen).all()
+    gone = row_log_odds(FRONT, np.zeros(len(LOW)), Before(built=LOW, stands=NOTHING, rows=seen))
+    assert gone is not None and (gone[:, :20] == 0.0).all() and (gone[:, 20:] == -6.0).all()
+    risen = row_log_odds(FRONT, np.where(LOW, 0.0, 6.0), Before(built=LOW, stands=LOW, rows=seen))
+    assert risen is not None and (risen == 6.0).all()
 
 
 @pytest.mark.parametrize("rows", [None, np.ones((3, 60)), np.ones((16, 7))])
