@@ -19,5 +19,5 @@ def clearly(of: object, index: int, built: Region, opened: Region, nats: float =
     is_built, is_open = (polygon.contains(region, samples.uv_m) for region in (built, opened))
     nothing = np.zeros(len(samples.face), dtype=bool)
     sides = [side for side in sides_of(of, SPACING_M) if side.face == index]  # type: ignore[arg-type]
-    before = Before(built=nothing, stands=nothing, rows=None)
+    before = Before(built=nothing, stands=nothing, open=nothing, rows=None)
     return row_log_odds(sides, nats * (is_built * 1.0 - is_open), before)

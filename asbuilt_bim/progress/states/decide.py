@@ -53,7 +53,9 @@ def decide_element(
     for index, (face, was) in enumerate(zip(element.faces, earlier, strict=True)):
         own, matches = samples.face == index, by_face.get(face.face_id, ())
         state = _face_state(face, samples, own, votes, matches, was, past, options, elsewhere_m)
-        before = Before(built=past.built, stands=past.stands & ~votes.open, rows=was.row_log_odds if was else None)
+        before = Before(
+            built=past.built, stands=past.stands & ~votes.open, open=past.open, rows=was.row_log_odds if was else None
+        )  # fmt: skip
         rows = row_log_odds([side for side in sides if side.face == index], odds, before)
         decided = state.built_uv_m or state.open_uv_m
         faces.append(replace(state, row_log_odds=rows if decided else None))

@@ -59,25 +59,32 @@ def sides_of(element: BimElement, spacing_m: float) -> Iterator[Side]:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Before:
-    """What earlier visits saw built (N,), what of it still stands, and how clearly: a face's rows, if any."""
+    """What earlier visits saw built (N,), what of it still stands, and how clearly: a face's rows, if any.
+
+    `open` (N,) is what they saw open, as long as nothing shows that it has risen.
+    """
 
     built: BoolArray
     stands: BoolArray
+    open: BoolArray
     rows: FloatArray | None
 
 
 def row_log_odds(sides: Sequence[Side], odds: FloatArray, before: Before) -> FloatArray | None:
     """Return how clearly a face's rows are built or open: mean log-odds in whole nats, (sides * nx, rows).
 
-    It is the mean of its samples' own (N,). What was seen built before and still stands stays as clear, and a row that
-    nothing shows now is what it was. None where nothing is known.
+    It is the mean of its samples' own (N,). What was seen before, built and still standing or open, stays as clear
+    where nothing shows it now. An element that nothing shows now is as it was. None where nothing is known.
     """
     kept, rows = of_sides(before.rows, sides), []
     for number, side in enumerate(sides):
         now, was = side.share(odds), side.share(before.built)
         earlier = least_nats() * was if kept is None else kept[number]
         left = np.maximum(earlier, 0.0) * side.share(before.stands) / np.maximum(was, 1e-9)
-        known = np.where(side.share(odds != 0.0) > 0.0, now, np.where(was > 0.0, np.minimum(earlier, 0.0), earlier))
+        past = np.where(was > 0.0, np.minimum(earlier, 0.0), earlier)
+        if odds.any():
+            past = np.where(side.share(before.open) > 0.0, np.minimum(past, 0.0), 0.0)
+        known = np.where(side.share(odds != 0.0) > 0.0, now, past)
         rows.append(np.where(left > 0.0, np.maximum(known, left), known))
     found = np.round(np.concatenate(rows)) + 0.0 if rows else np.zeros(0)  # never -0.0
     return found if found.any() else None

@@ -16,7 +16,7 @@ FRONT = [side for side in SIDES if side.face == 0]
 SAMPLES = cell_samples(WALL, SPACING_M)
 LOW = SAMPLES.points_m[:, 2] < FAR[2] + 1.0
 NOTHING = np.zeros(len(LOW), dtype=bool)
-FIRST = Before(built=NOTHING, stands=NOTHING, rows=None)
+FIRST = Before(built=NOTHING, stands=NOTHING, open=NOTHING, rows=None)
 
 
 def test_every_sample_lies_in_one_row_of_one_side_and_rows_are_as_high_as_samples() -> None:
@@ -42,22 +42,25 @@ def test_what_stands_stays_as_clear_as_it_was_seen_however_many_visits_see_nothi
     seen = row_log_odds(FRONT, np.where(LOW, 6.0, 0.0), FIRST)
     again = seen
     for _ in range(5):
-        again = row_log_odds(FRONT, np.zeros(len(LOW)), Before(built=LOW, stands=LOW, rows=again))
+        again = row_log_odds(FRONT, np.zeros(len(LOW)), Before(built=LOW, stands=LOW, open=NOTHING, rows=again))
     assert again == pytest.approx(seen)
 
 
 def test_a_row_that_nothing_shows_is_what_it_was_and_what_is_gone_says_nothing() -> None:
     seen = row_log_odds(FRONT, np.where(LOW, 6.0, -6.0), FIRST)
-    again = row_log_odds(FRONT, np.zeros(len(LOW)), Before(built=LOW, stands=LOW, rows=seen))
+    again = row_log_odds(FRONT, np.zeros(len(LOW)), Before(built=LOW, stands=LOW, open=NOTHING, rows=seen))
     assert again is not None and (again == seen).all()
-    gone = row_log_odds(FRONT, np.zeros(len(LOW)), Before(built=LOW, stands=NOTHING, rows=seen))
+    gone = row_log_odds(FRONT, np.zeros(len(LOW)), Before(built=LOW, stands=NOTHING, open=NOTHING, rows=seen))
     assert gone is not None and (gone[:, :20] == 0.0).all() and (gone[:, 20:] == -6.0).all()
-    risen = row_log_odds(FRONT, np.where(LOW, 0.0, 6.0), Before(built=LOW, stands=LOW, rows=seen))
-    assert risen is not None and (risen == 6.0).all()
+    elsewhere = np.where(SAMPLES.face == 0, 0.0, 6.0)  # another side is seen: of this one what was open is kept alone
+    some = Before(built=LOW, stands=LOW, open=~LOW, rows=seen)
+    assert (row_log_odds(FRONT, elsewhere, some) == seen).all()
+    risen = row_log_odds(FRONT, elsewhere, Before(built=LOW, stands=LOW, open=NOTHING, rows=seen))
+    assert risen is not None and (risen[:, :20] == 6.0).all() and (risen[:, 20:] == 0.0).all()
 
 
 @pytest.mark.parametrize("rows", [None, np.ones((3, 60)), np.ones((16, 7))])
 def test_of_a_result_without_rows_or_of_another_design_what_was_built_counts_as_barely_decided(rows: object) -> None:
     assert of_sides(rows, FRONT) is None  # type: ignore[arg-type]
-    left = row_log_odds(FRONT, np.zeros(len(LOW)), Before(built=LOW, stands=LOW, rows=rows))  # type: ignore[arg-type]
+    left = row_log_odds(FRONT, np.zeros(len(LOW)), Before(built=LOW, stands=LOW, open=NOTHING, rows=rows))  # type: ignore[arg-type]
     assert left is not None and (left[:, :20] == np.round(least_nats())).all()
