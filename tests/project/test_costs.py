@@ -145,9 +145,14 @@ def test_an_item_that_a_spreadsheet_made_a_day_of_is_refused(tmp_path: Path, ite
         read_costs(tmp_path / "boq.xlsx")
 
 
-@pytest.mark.parametrize("item", ["01.01.0010", "1.1", "Mayor 1", "1 Deck"])
+@pytest.mark.parametrize("item", ["01.01.0010", "1.1", "Mayor 1", "1 Deck", "DEC-01", "MAR 12"])
 def test_an_item_that_is_no_day_of_a_spreadsheet_stays(tmp_path: Path, item: str) -> None:
     assert costs(tmp_path, f"{item},a,m3,1,2,,,,,").lines[0].identification == item
+
+
+def test_a_row_that_ends_before_its_item_is_named_as_one_without_an_item(tmp_path: Path) -> None:
+    with pytest.raises(CostError, match="row 2: has no item; give each line its own"):
+        costs(tmp_path, "m3,1,2", head="unit,quantity,rate,item\n")
 
 
 def test_every_bad_row_is_named_up_to_eight(tmp_path: Path) -> None:

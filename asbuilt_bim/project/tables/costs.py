@@ -37,7 +37,7 @@ MAX_TEXT, MAX_SELECTOR = 500, 2_000
 _ID = re.compile(r"[^\s,;|]+")
 _MONTH = "(jan|feb|mär|mrz|mar|apr|mai|may|jun|jul|aug|sep|okt|oct|nov|dez|dec)"
 _MADE_A_DAY = re.compile(rf"\d{{1,2}}[. -]+{_MONTH}|{_MONTH}[. -]+\d{{2}}", re.IGNORECASE)
-"""What spreadsheets show where somebody typed the item 1.1 or 1.26: `01. Jan`, `Jan 26`."""
+"""What spreadsheets show where somebody typed the item 1.1 or 1.26: `01. Jan`, `Jan 26`; `DEC-01` is somebody's own."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -127,7 +127,7 @@ def _line(row: TableRow, table: TableFile, faults: list[str]) -> CostLine:
             faults.append(f"row {row.number}, {column}: {problem}")
     if not item:
         faults.append(f"row {row.number}: has no item; give each line its own")
-    if isinstance(row.cells["item"], date) or _MADE_A_DAY.fullmatch(item):
+    if isinstance(row.cells.get("item"), date) or (_MADE_A_DAY.fullmatch(item) and not item.isupper()):
         advice = "a spreadsheet makes one of 1.1. Make the column text, and type the items again"
         faults.append(f"row {row.number}: the item '{item}' is a day; {advice}")
     measure, scale = measure_of(unit)
