@@ -24,11 +24,11 @@ _COMMA = re.compile(r"[+-]?(\d+|\d{1,3}([.\u00a0\u202f'’ ]\d{3})+),\d+")
 _POINT_GROUPS = re.compile(r"[+-]?\d{1,3}([,\u00a0\u202f'’ ]\d{3})+\.\d+")
 _BRACKETS = re.compile(r"[\[(].*?[\])]")
 _UNITS = {
-    "m": ("metres", "m", "meter", "meters", "metre"),
-    "deg": ("degrees", "deg", "°", "degree"),
-    "px": ("pixels", "px", "pixel"),
+    "m": ("metres", "[mcdk]m|(milli|centi|kilo)met(er|re)[sn]?|ft|foot|feet|inch(es)?|yd|yards?|zoll|fu(ss|ß)|px"),
+    "deg": ("degrees", "m?gon|gra?d?|grads|gradians?|neugrad|m?rad|radians?|mils?|hours?|dms"),
+    "px": ("pixels", "[mcd]?m|met(er|re)s?|%"),
 }
-"""What may stand in brackets behind a heading, by what its column's name ends in."""
+"""What a column is read in, by what its name ends in, and what says of another unit in a heading's brackets."""
 _GROUP = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}")
 _GROUPS = re.compile(r"[+-]?[1-9]\d{0,2}((\.\d{3}){2,}|(,\d{3}){2,})")
 
@@ -233,10 +233,10 @@ def _check_unit(heading: str, key: str, path: Path, refusal: type[AsBuiltError])
     Raises:
         AsBuiltError: of the sort `refusal`.
     """
-    units = _UNITS.get(key.rpartition("_")[2], ())
-    given = _BRACKETS.search(heading)
-    if units and given and given[0][1:-1].strip().casefold() not in units:
-        raise refusal(f"{path}: the column '{heading[:60]}' is read in {units[0]}; bring it into {units[0]}, as {key}")
+    unit, others = _UNITS.get(key.rpartition("_")[2], ("", "(?!)"))
+    other = re.compile(rf"(?<!\w)({others})(?!\w)|^.\s*in\s*.$", re.IGNORECASE)  # `in` alone: it may be a word
+    if unit and any(other.search(given[0]) for given in _BRACKETS.finditer(heading)):
+        raise refusal(f"{path}: the column '{heading[:60]}' is read in {unit}; bring it into {unit}, as {key}")
 
 
 def _bare(text: str) -> str:

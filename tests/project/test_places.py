@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from datetime import date
 from pathlib import Path
 from types import SimpleNamespace
@@ -73,6 +74,21 @@ def test_a_column_in_another_unit_than_it_is_read_in_is_refused(
     (tmp_path / "poses.csv").write_text(heads.replace(right, f"{key} [{unit}]", 1) + rows, encoding="utf-8")
     with pytest.raises(SurveyError, match=rf"'{key} \[{unit}\]' is read in {wanted}; bring it into {wanted}, as {key}"):
         known_places(made, lambda: pytest.fail("no map"))
+
+
+@pytest.mark.parametrize(
+    ("heading", "fits"),
+    [("x (Easting)", True), ("x (local) [m]", True), ("x (m ü. NN)", True), ("x (in world)", True), ("x []", True),
+     ("x (east) [mm]", False), ("x [in mm]", False), ("x (US ft)", False), ("x [in]", False), ("x [Feet]", False)],
+)  # fmt: skip
+def test_words_in_a_headings_brackets_are_no_unit_and_a_unit_behind_them_is(
+    tmp_path: Path, heading: str, fits: bool
+) -> None:
+    made = project(tmp_path, "poses: {file: poses.csv}\n")
+    text = f"station,{heading},y,z,bearing,sigma_m\nA1,1,2,3,90,0.02\n"
+    (tmp_path / "poses.csv").write_text(text, encoding="utf-8")
+    with nullcontext() if fits else pytest.raises(SurveyError, match="is read in metres; bring it into metres, as x_m"):
+        assert len(known_places(made, lambda: pytest.fail("no map")).poses) == 1
 
 
 def test_a_pose_is_read_with_its_sigmas(tmp_path: Path) -> None:
