@@ -56,7 +56,7 @@ class TableFile:
     rows: tuple[TableRow, ...]
     formulas: bool
     commas: bool  # its numbers are written with a decimal comma
-    points: bool = False  # commas stand between its cells, so a point parts no thousands
+    points: frozenset[str] = frozenset()  # columns in which a point parts no thousands
 
 
 def read_table(path: Path, columns: Columns, needed: Iterable[str], refusal: type[AsBuiltError]) -> TableFile:
@@ -65,7 +65,7 @@ def read_table(path: Path, columns: Columns, needed: Iterable[str], refusal: typ
     Raises:
         AsBuiltError: of the sort `refusal`: no such table, too large, or a needed column is missing or there twice.
     """
-    points = formulas = False
+    between, formulas = "", False
     lines: list[_Line]
     if path.suffix.lower() in (".xlsx", ".xlsm"):
         book = read_xlsx(path, refusal)
@@ -74,7 +74,7 @@ def read_table(path: Path, columns: Columns, needed: Iterable[str], refusal: typ
         formulas = sheet is not None and sheet.formulas
     else:
         read = csv_table(read_bytes(path, MAX_BYTES, refusal), str(path), refusal)
-        lines, points = [(1, read.header), *read.rows], read.sign == ","
+        lines, between = [(1, read.header), *read.rows], read.sign
     filled = [(number, cells) for number, cells in lines if any(cell != "" for cell in cells)]
     if not filled:
         raise refusal(f"{path}: the table is empty; `asbuilt-bim template PROJECT.yaml` writes one to fill in")
@@ -83,16 +83,17 @@ def read_table(path: Path, columns: Columns, needed: Iterable[str], refusal: typ
         TableRow(number=number, cells={key: cells[at] for key, at in places.items() if at < len(cells)})
         for number, cells in filled[1:]
     )
-    commas = any(
-        isinstance(cell, str) and _is_decimal_comma(cell.strip()) for row in rows for cell in row.cells.values()
-    )
+    texts = [(key, cell.strip(" %")) for row in rows for key, cell in row.cells.items() if isinstance(cell, str)]
+    commas = any(_is_decimal_comma(text) for _, text in texts)
+    points = frozenset(places) if between == "," else frozenset(key for key, text in texts if _is_decimal_point(text))
     return TableFile(name=path.name, rows=rows, formulas=formulas, commas=commas, points=points)
 
 
 def number_in(row: TableRow, column: str, table: TableFile) -> float | None:
     """Return a number, None where the cell is empty.
 
-    `1.234` and `1,234` are thousands for one person and not for another: what could be meant two ways is refused.
+    `1.234` and `1,234` are thousands for one person and not for another: what could be meant two ways is refused,
+    unless the table's commas, or the column's points, are seen to be decimal ones.
 
     Raises:
         ValueError: it is no number, or could be meant two ways; says what to write.
@@ -110,7 +111,7 @@ def number_in(row: TableRow, column: str, table: TableFile) -> float | None:
     sign, digits = "," if table.commas else ".", re.sub(r"[^-+\d]", "", text)
     if _GROUPS.fullmatch(text) and not (table.commas and "," in text):
         return float(digits)
-    if _GROUP.fullmatch(text) and not (table.points and not table.commas and "," not in text):
+    if _GROUP.fullmatch(text) and not (column in table.points and not table.commas and "," not in text):
         smaller = f"{digits[:-3]}{sign}{digits[-3:]}0"
         raise ValueError(f"'{text[:40]}' could be meant two ways; write {digits}, or {smaller}")
     bare = re.sub(r"[^-+\d.]", "", text) if _POINT_GROUPS.fullmatch(text) else text
@@ -124,6 +125,11 @@ def number_in(row: TableRow, column: str, table: TableFile) -> float | None:
 def _is_decimal_comma(text: str) -> bool:
     """Say whether a number's comma can't part thousands: `0,5`, `1.234,500`, and not `1,234`."""
     return _COMMA.fullmatch(text) is not None and _GROUP.fullmatch(text) is None
+
+
+def _is_decimal_point(text: str) -> bool:
+    """Say whether a number's point can't part thousands: `12.5`, `1,234.500`, and not `1.234`."""
+    return "." in text and bool(_PLAIN.fullmatch(text) or _POINT_GROUPS.fullmatch(text)) and not _GROUP.fullmatch(text)
 
 
 def share_in(row: TableRow, column: str, table: TableFile) -> float | None:

@@ -89,6 +89,27 @@ def test_thousands_of_a_german_spreadsheet_are_no_decimals_between_tabs_nor_as_t
             number_in(found.rows[0], "quantity", found)
 
 
+@pytest.mark.parametrize("other", ["12.5", "0.278", "1234.567", "1,234.50"])
+def test_a_point_is_decimal_where_another_number_of_its_column_says_so(tmp_path: Path, other: str) -> None:
+    sheet = read_table(
+        book(tmp_path / "a.xlsx", ["item", "qty"], ["1", "1.234"], ["2", other]), COLUMNS, ("item",), CostError
+    )
+    for found in (sheet, table(tmp_path / "a.csv", f"item\tqty\n1\t1.234\n2\t{other}\n")):
+        assert number_in(found.rows[0], "quantity", found) == 1.234
+
+
+def test_items_with_points_say_nothing_of_quantities_nor_points_beside_decimal_commas(tmp_path: Path) -> None:
+    for text in ("item;qty\n1.1;1.234\n", "item;qty\n1;1.234\n2;12.5\n3;12,5\n"):
+        found = table(tmp_path / "a.csv", text)
+        with pytest.raises(ValueError, match="two ways"):
+            number_in(found.rows[0], "quantity", found)
+
+
+def test_percentages_alone_show_a_decimal_comma(tmp_path: Path) -> None:
+    found = table(tmp_path / "a.csv", "item;qty\n1;12,5 %\n2;50%\n")
+    assert [share_in(row, "quantity", found) for row in found.rows] == [0.125, 0.5]
+
+
 @pytest.mark.parametrize("text", ["item;qty\n1;0.278\n", "item;qty\n1;0.2780\n", "item,qty\n1,0.278\n"])
 def test_a_zero_before_the_point_parts_no_thousands(tmp_path: Path, text: str) -> None:
     found = table(tmp_path / "a.csv", text)
