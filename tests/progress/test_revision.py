@@ -49,8 +49,9 @@ def _report(design: BimModel) -> ProgressReport:
         u0, v0, u1, _ = polygon.bounds(face.exposed_uv_m)
         low = polygon.intersection(face.exposed_uv_m, polygon.box(u0, v0, u1, v0 + 1.0))
         seen = replace(
-            unseen(face), built_uv_m=low, outline_uv_m=low, as_built_area_m2=polygon.area(low), stations={"A1": 1.0}
-        )
+            unseen(face), built_uv_m=low, outline_uv_m=low, as_built_area_m2=polygon.area(low), stations={"A1": 1.0},
+            row_log_odds=np.full((16, 60), 8.0),
+        )  # fmt: skip
         faces.append(design_face_record(face, seen))
     return replace(report_on(design, {}), faces=tuple(faces))
 
@@ -161,6 +162,7 @@ def test_a_wall_shifted_along_itself_keeps_what_was_seen_where_it_was_seen(tmp_p
     assert seen.as_built_area_m2 == pytest.approx(1.0, abs=1e-6)
     world = shifted.frame.from_uv(seen.built_uv_m[0][0])
     np.testing.assert_allclose([world[:, 0].min(), world[:, 0].max()], [3.0, 4.0], atol=1e-6)
+    assert seen.row_log_odds is None  # its rows are others
 
 
 @pytest.mark.parametrize("move_m", [-0.04, 0.04])

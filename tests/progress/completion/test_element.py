@@ -261,6 +261,13 @@ def test_what_was_open_when_last_seen_holds_back_the_least_and_the_best_and_not_
     assert before.completion.upper == afresh.completion.upper == 1.0 and before.cells_open == 0.0
 
 
+def test_what_was_open_under_what_is_seen_built_now_has_risen_and_holds_nothing_back() -> None:
+    for nats in (least_nats(), MOST_NATS):
+        top = says(0, built=polygon.box(0, 1.0, 4, 3), measured=False, nats=nats)
+        risen = progress(replace(top, was_open_uv_m=polygon.box(0, 0, 4, 1.0)))
+        assert risen.completion == progress(top).completion and risen.completion.lower > 0.95
+
+
 def test_what_is_complete_has_something_that_is_certain() -> None:
     for width, low in ((w, z) for w in np.arange(0.1, 0.45, 0.05) for z in np.arange(0.0, 2.8, 0.1)):
         strip = polygon.box(0, low, width, 3.0)

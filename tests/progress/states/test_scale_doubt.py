@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import date
+from functools import partial
 
 import numpy as np
 import pytest
 
+from asbuilt_bim.geometry import polygon
 from asbuilt_bim.match.assign import match_faces
 from asbuilt_bim.match.options import MatchOptions
 from asbuilt_bim.progress.completion.summary import summarise
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport
+from asbuilt_bim.progress.states.borders import well_inside, wherever_it_lies
 from asbuilt_bim.progress.states.classify import classify_surface
+from asbuilt_bim.progress.surface import unseen
 from asbuilt_bim.register.pose import PlacedStation, SurveyedMarker
 from asbuilt_bim.register.scale import ScaleDoubt, scale_doubt
 from tests.match.small_site import FAR, box, placement
@@ -61,11 +66,18 @@ def test_what_is_thinner_than_the_doubt_is_unknown() -> None:
     assert one.state == "unknown" and (one.completion.lower, one.completion.upper) == (0.0, 1.0)
 
 
+def test_of_what_stays_built_wherever_its_borders_lie_nobody_knows_how_clear_its_rows_are() -> None:
+    built = replace(unseen(DESIGN.elements[0].faces[0]), built_uv_m=polygon.box(0.0, 0.0, 3.0, 1.4), border_m=0.2)
+    for one in (well_inside, partial(wherever_it_lies, along=True)):
+        left = one(replace(built, row_log_odds=np.full((12, 55), 8.0)))
+        assert left.row_log_odds is None and 0.0 < polygon.area(left.built_uv_m) < 4.2
+
+
 def test_a_later_visit_that_sees_nothing_keeps_the_doubt_and_one_that_sees_it_again_lifts_it() -> None:
     wall = see([WALL, BACKDROP], HEIGHT_M)
     history = remember(EMPTY_HISTORY, judged(wall, doubt=DOUBT))
-    unseen = only(judged(doubt=None, history=history, day=LATER))
-    assert 0.8 < unseen.completion.lower < 1.0 - ELSEWHERE_M / HEIGHT_M
+    hidden = only(judged(doubt=None, history=history, day=LATER))
+    assert 0.8 < hidden.completion.lower < 1.0 - ELSEWHERE_M / HEIGHT_M
     again = only(judged(see([WALL, BACKDROP], HEIGHT_M, name="B1"), doubt=None, history=history, day=LATER))
     assert again.completion.lower == 1.0
 
