@@ -57,7 +57,8 @@ def read_bytes(path: Path, most: int, refusal: type[AsBuiltError], name: str = "
         raise refusal(f"{name or path}: there is no such file{file_alike(path)}; check the path") from problem
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or problem
-        advice = "close it in other programs" if isinstance(problem, PermissionError) else "check the path"
+        held = "close it in other programs, or give yourself the right to read it"
+        advice = held if isinstance(problem, PermissionError) else "check the path"
         raise refusal(f"{name or path}: can't be read ({reason}); {advice}") from problem
     if len(data) > most:
         raise refusal(f"{name or path}: larger than {most / 1e6:g} MB, which no such file is; check the path")

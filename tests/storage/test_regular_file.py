@@ -63,5 +63,5 @@ def test_a_file_that_another_program_holds_is_told_to_be_closed_there(
 
     (tmp_path / "plan.csv").write_text("name,start,finish\n", encoding="utf-8")
     monkeypatch.setattr(Path, "open", held)
-    with pytest.raises(AsBuiltError, match=r"can't be read \(Permission denied\); close it in other programs$"):
+    with pytest.raises(AsBuiltError, match=r"denied.; close it in other programs, or give yourself the right"):
         read_schedule(tmp_path / "plan.csv")

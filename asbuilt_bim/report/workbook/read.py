@@ -188,7 +188,8 @@ def _signature(book: XlsxFile, path: Path) -> tuple[str, date] | None:
 def _rate_of(book: XlsxFile, name: str, path: Path) -> float:
     value = book.at(name)
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 <= value <= 1.0:
-        shown = f"{100.0 * value:g} %" if isinstance(value, int | float) else f"the text '{value!s:.40}'"
+        text = "empty" if value is None else f"the text '{value!s:.40}'"
+        shown = f"{100.0 * value:g} %" if isinstance(value, int | float) else text
         of = f"{name.replace('_', ' ')} on '{VALUATION}'"
         raise WorkbookError(f"{path}: {of} is {shown}, and no percentage from 0 % to 100 %; type it as 5 %")
     return float(value)

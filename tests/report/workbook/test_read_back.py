@@ -140,6 +140,7 @@ Change = Callable[[Path], dict[tuple[str, str], str | float | date | None]]
         (lambda p: {("", "signed_by"): "Ann"}, "the date of who certified it is missing"),
         (lambda p: {("", "signed_on"): DAY}, "the name of who certified it is missing"),
         (lambda p: {**SIGNED, ("", "signed_on"): "soon"}, "no day"),
+        (lambda p: {("", "tax_rate"): None}, "tax rate on 'Valuation' is empty, and no percentage from 0 % to 100 %"),
         (lambda p: {("", "tax_rate"): 19.0}, "tax rate on 'Valuation' is 1900 %, and no percentage from 0 % to 100 %"),
         (lambda p: {("", "tax_rate"): "19 %"}, "tax rate on 'Valuation' is the text '19 %', and no percentage"),
         (lambda p: {("", "asbuilt_bim_valuation"): 2}, "another version"),
