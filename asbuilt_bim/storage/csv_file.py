@@ -41,7 +41,7 @@ def csv_table(data: bytes, name: str, refusal: type[AsBuiltError], *, comments: 
     text = as_text(data, refusal, name, "utf-16" if utf_16 else "utf-8-sig").replace("\0", "")
     lines = (line.strip() for line in io.StringIO(text, newline=None))  # lines may end as they do on any system
     first = next((line for line in lines if line and not (comments and line.startswith("#"))), "")
-    sign = max(",;\t", key=first.count)
+    sign = "\t" if first == "sep=" else max(",;\t", key=first.count)  # a tab behind it is a blank
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=sign, strict=True)
     found: list[CsvRow] = []
     try:

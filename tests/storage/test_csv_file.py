@@ -108,9 +108,10 @@ def test_an_empty_table_is_told_as_empty_whoever_reads_it(
         read(tmp_path / "table.csv")
 
 
-def test_a_line_that_tells_excel_the_sign_between_cells_is_no_heading() -> None:
-    found = csv_table(b"\r\nsep=;\r\na;b\r\n1;2\r\n", "t.csv", CostError)
-    assert (found.header, found.rows, found.sign) == (("a", "b"), ((4, ["1", "2"]),), ";")
+@pytest.mark.parametrize("sign", [";", ",", "\t"])
+def test_a_line_that_tells_excel_the_sign_between_cells_is_no_heading(sign: str) -> None:
+    found = csv_table(f"\r\nsep={sign}\r\na{sign}b\r\n1{sign}2\r\n".encode(), "t.csv", CostError)
+    assert (found.header, found.rows, found.sign) == (("a", "b"), ((4, ["1", "2"]),), sign)
 
 
 def test_a_table_that_a_spreadsheet_kept_in_one_column_is_told_to_be_parted() -> None:
