@@ -15,7 +15,7 @@ from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.borders import well_inside, wherever_it_lies
 from asbuilt_bim.progress.states.likelihood import least_nats
 from asbuilt_bim.progress.states.pour import Levels, Model, Shown, levels, model
-from asbuilt_bim.progress.states.rows import Side, of_sides, rows_shape, sides_of
+from asbuilt_bim.progress.states.rows import of_sides, rows_shape, sides_of
 from asbuilt_bim.progress.surface import SurfaceState
 
 
@@ -151,6 +151,7 @@ def shown_rows(
         nothing = np.zeros((0, *rows_shape(element, options.spacing_m)))
         return Shown(every=nothing, built=nothing, open=nothing, measured=nothing, log_odds=nothing)
     samples, by_face = cell_samples(element, options.spacing_m), {surface.face_id: surface for surface in surfaces}
+    sides, each = list(sides_of(element, options.spacing_m)), list[FloatArray]()
     built, opened, outlined, was_open = (np.zeros(len(samples.face), dtype=bool) for _ in range(4))
     for index, face in enumerate(element.faces):
         own, surface = np.flatnonzero(samples.face == index), by_face[face.face_id]
@@ -159,16 +160,15 @@ def shown_rows(
             (was_open, surface.was_open_uv_m),
         ):  # fmt: skip
             flags[own] = polygon.contains(region, samples.uv_m[own])
-    sides = list(sides_of(element, options.spacing_m))
+        of_face = [side for side in sides if side.face == index]
+        kept = of_sides(surface.row_log_odds, of_face)  # where nobody kept it, no clearer than what is barely decided
+        sure = [least_nats() * (side.share(built) - side.share(opened)) for side in of_face]
+        each += sure if kept is None else [*kept]
     every, of_built, of_open, measured = (
         np.array([side.count(flags) for side in sides])
         for flags in (built | True, built, opened | (was_open & unforgotten), built & outlined)
     )
-    odds = np.array([
-        rows
-        for index, face in enumerate(element.faces)
-        for rows in _log_odds([side for side in sides if side.face == index], by_face[face.face_id], built, opened)
-    ])  # fmt: skip
+    odds = np.array(each)
     was = np.array([side.share(was_open) for side in sides])
     if unforgotten:
         odds = np.where(was > 0.0, np.minimum(odds, -least_nats() * was), odds)
@@ -176,13 +176,3 @@ def shown_rows(
         odds = np.where((was > 0.0) & (of_open == 0.0), np.maximum(odds, 0.0), odds)
     enough = of_built + of_open >= options.shown_share * every
     return Shown(every=every, built=of_built * enough, open=of_open * enough, measured=measured * enough, log_odds=odds)
-
-
-def _log_odds(
-    sides: Sequence[Side], surface: SurfaceState, built: BoolArray, opened: BoolArray
-) -> FloatArray | list[FloatArray]:
-    """Return how clearly a face's rows are built or open (sides, nx, rows): where nobody kept it, no more than sure."""
-    kept = of_sides(surface.row_log_odds, sides)
-    if kept is not None:
-        return kept
-    return [least_nats() * (side.share(built) - side.share(opened)) for side in sides]

@@ -74,7 +74,8 @@ def row_log_odds(sides: Sequence[Side], odds: FloatArray, before: Before) -> Flo
     """Return how clearly a face's rows are built or open: mean log-odds in whole nats, (sides * nx, rows).
 
     It is the mean of its samples' own (N,). What was seen before, built and still standing or open, stays as clear
-    where nothing shows it now. An element that nothing shows now is as it was. None where nothing is known.
+    where nothing shows it now, less what is open beside it for the first time. An element that nothing shows now is as
+    it was. None where nothing is known.
     """
     kept, rows = of_sides(before.rows, sides), []
     for number, side in enumerate(sides):
@@ -85,7 +86,8 @@ def row_log_odds(sides: Sequence[Side], odds: FloatArray, before: Before) -> Flo
         if odds.any():
             past = np.where(side.share(before.open) > 0.0, np.minimum(past, 0.0), 0.0)
         known = np.where(side.share(odds != 0.0) > 0.0, now, past)
-        rows.append(np.where(left > 0.0, np.maximum(known, left), known))
+        beside = np.minimum(side.share(np.where(before.stands | before.open, 0.0, odds)), 0.0)
+        rows.append(np.where(left > 0.0, np.maximum(known, left + beside), known))
     found = np.round(np.concatenate(rows)) + 0.0 if rows else np.zeros(0)  # never -0.0
     return found if found.any() else None
 

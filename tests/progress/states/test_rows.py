@@ -1,5 +1,7 @@
 """How clearly each row of a face is built: now, and what is left of it at later visits."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -57,6 +59,19 @@ def test_a_row_that_nothing_shows_is_what_it_was_and_what_is_gone_says_nothing()
     assert (row_log_odds(FRONT, elsewhere, some) == seen).all()
     risen = row_log_odds(FRONT, elsewhere, Before(built=LOW, stands=LOW, open=NOTHING, rows=seen))
     assert risen is not None and (risen[:, :20] == 6.0).all() and (risen[:, 20:] == 0.0).all()
+
+
+def test_a_row_of_which_a_strip_was_built_is_open_where_the_rest_is_seen_open_for_the_first_time() -> None:
+    front = SAMPLES.face == 0
+    strip = LOW & front & (SAMPLES.uv_m[:, 0] < 0.05)
+    seen = row_log_odds(FRONT, np.where(strip, MOST_NATS, 0.0), FIRST)
+    assert seen is not None and (seen[0, :20] == 2.0).all()
+    before = Before(built=strip, stands=strip, open=NOTHING, rows=seen)
+    for nats in (0.0, MOST_NATS):
+        rows = row_log_odds(FRONT, np.where(strip, nats, -6.0), before)
+        assert rows is not None and (rows[0, :20] == -3.0).all()
+    again = row_log_odds(FRONT, np.where(strip, 0.0, -6.0), replace(before, open=front & ~strip))
+    assert again is not None and (again[0, :20] == 2.0).all()  # what was open then counts in it already
 
 
 @pytest.mark.parametrize("rows", [None, np.ones((3, 60)), np.ones((16, 7))])
