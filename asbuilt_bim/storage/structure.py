@@ -77,14 +77,19 @@ def structure(value: object, kind: Any, problems: Problems) -> Any:
 
 
 def _collect(error: BaseException, path: str, problems: Problems) -> None:
-    """Note each mistake in cattrs' tree of errors, with the path that its notes give."""
+    """Note each mistake in cattrs' tree of errors, with the path that its notes give.
+
+    A class may name in `REMOVED` the keys that earlier versions had.
+    """
     if isinstance(error, ForbiddenExtraKeysError):
-        known = _keys(error.cl)
+        known, removed = _keys(error.cl), getattr(error.cl, "REMOVED", ())
         for key in sorted(error.extra_fields, key=str):
-            near = _nearest(key, known)
+            near = "" if key in removed else _nearest(key, known)
             hint = f"; did you mean {near}?" if near else f"; known here: {', '.join(sorted(known))}"
             if isinstance(key, int) or str(key).isdecimal():  # {diameter_m: 0,30}, {square_m: 0,08}
                 hint = "; a decimal comma? write a point"
+            elif key in removed:
+                hint = ": earlier versions had it, this one needs it no longer; take it out"
             meant = f"{path}.{near}".lstrip(".") if near else ""
             problems.found.append(Problem(path=f"{path}.{key}".lstrip("."), text=f"unknown key{hint}", meant=meant))
     elif isinstance(error, KeyError):

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.errors import ProjectError
+from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.project.file import (
     BoardsFile,
     ControlPointsFile,
@@ -24,9 +25,11 @@ from asbuilt_bim.project.file import (
     VisitFile,
     VisitsFile,
 )
+from asbuilt_bim.project.options import Options
 from asbuilt_bim.project.paths import safe_name
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.storage.schemas import schema
+from asbuilt_bim.storage.structure import Problems, structure
 from asbuilt_bim.vision.markers.find import FAMILIES, Family
 from tests.project_folder import plain, write_project
 
@@ -50,6 +53,18 @@ def changed(**changes: Any) -> dict[str, Any]:
         else:
             place[last] = value
     return contents
+
+
+def test_an_option_that_earlier_versions_had_is_to_be_taken_out_and_not_taken_for_another() -> None:
+    problems = Problems()
+    structure({"progress": {"decided_share": 0.5, "margin_px": 3.0, "shown_shares": 0.2}}, Options, problems)
+    assert [f"{one.path}: {one.text}" for one in problems.found] == [
+        "progress.decided_share: unknown key: earlier versions had it, this one needs it no longer; take it out",
+        "progress.margin_px: unknown key: earlier versions had it, this one needs it no longer; take it out",
+        "progress.shown_shares: unknown key; did you mean shown_share?",
+    ]
+    today = {field.name for field in fields(ProgressOptions)}
+    assert today.isdisjoint(ProgressOptions.REMOVED)
 
 
 def test_a_project_is_read_with_absolute_paths_and_visits_in_the_order_of_dates(tmp_path: Path) -> None:
