@@ -25,17 +25,7 @@ class ProgressOptions:
     known_from: float = 0.10  # coverage, under which completion has no best value
     nearly_all: float = 0.90  # certain, under which what is complete is told as far as it was seen
     enough_coverage: float = 0.50  # coverage under which a state is told with what was seen
-    REMOVED: ClassVar = frozenset(
-        {
-            *(
-                "clear_share",
-                "decided_share",
-                "found_share",
-                "margin_px",
-                "max_lean_deg",
-                "not_started_to",
-                "sole_share",
-            ),
-            *("solid_share", "starter_bars_m", "through_share"),
-        }
-    )  # options of earlier versions: what they set is fitted now
+    REMOVED: ClassVar = frozenset({
+        "clear_share", "decided_share", "found_share", "margin_px", "max_lean_deg", "not_started_to", "sole_share",
+        "solid_share", "starter_bars_m", "through_share",
+    })  # fmt: skip  # options of earlier versions: what they set is fitted now
