@@ -86,7 +86,7 @@ def rows_of(site: Site) -> Iterator[Row]:
             element, surfaces = noted[truth["global_id"]]
             shown = shown_rows(element, surfaces, of.progress)
             if truth["global_id"] not in displaced:
-                rows = shown.every.shape[2]
+                rows = shown.built.shape[2]
                 built = np.clip(truth["height_fraction"] * rows - np.arange(rows), 0.0, 1.0)
                 yield Row(
                     site=site.name, element=element, options=of.progress, shown=shown, built=built, truth=truth

@@ -149,7 +149,7 @@ def shown_rows(
     """
     if not any(surface.built_uv_m or surface.open_uv_m or surface.was_open_uv_m for surface in surfaces):
         nothing = np.zeros((0, *rows_shape(element, options.spacing_m)))
-        return Shown(every=nothing, built=nothing, open=nothing, measured=nothing, log_odds=nothing)
+        return Shown(built=nothing, open=nothing, measured=nothing, log_odds=nothing)
     samples, by_face = cell_samples(element, options.spacing_m), {surface.face_id: surface for surface in surfaces}
     sides, each = list(sides_of(element, options.spacing_m)), list[FloatArray]()
     built, opened, outlined, was_open = (np.zeros(len(samples.face), dtype=bool) for _ in range(4))
@@ -175,4 +175,4 @@ def shown_rows(
     else:
         odds = np.where((was > 0.0) & (of_open == 0.0), np.maximum(odds, 0.0), odds)
     enough = of_built + of_open >= options.shown_share * every
-    return Shown(every=every, built=of_built * enough, open=of_open * enough, measured=measured * enough, log_odds=odds)
+    return Shown(built=of_built * enough, open=of_open * enough, measured=measured * enough, log_odds=odds)

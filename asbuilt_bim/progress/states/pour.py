@@ -53,10 +53,9 @@ def model() -> Model:
 class Shown:
     """What each row of each side of an element shows, (sides, nx, rows).
 
-    How many samples it has, are built, open, and built and measured as a face; and the mean of their log-odds.
+    How many samples are built, open, and built and measured as a face; and the mean log-odds of all of them.
     """
 
-    every: FloatArray
     built: FloatArray
     open: FloatArray
     measured: FloatArray

@@ -16,7 +16,7 @@ SIZE_M = (0.75, 0.15)
 def shown(built: object, opened: object, measured: object = 0.0, every: float = 5.0) -> Shown:
     b, o = np.asarray(built, dtype=float), np.asarray(opened, dtype=float)
     return Shown(
-        every=np.full(b.shape, every), built=b, open=o, measured=np.broadcast_to(np.asarray(measured), b.shape),
+        built=b, open=o, measured=np.broadcast_to(np.asarray(measured), b.shape),
         log_odds=CLEAR * (b - o) / every,
     )  # fmt: skip
 
