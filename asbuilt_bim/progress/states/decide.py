@@ -22,7 +22,7 @@ from asbuilt_bim.progress.states.outlines import looks_like_bars, stands_off
 from asbuilt_bim.progress.states.rows import Before, row_log_odds, sides_of
 from asbuilt_bim.progress.states.sample_grid import Indices, patches, strips
 from asbuilt_bim.progress.states.votes import Votes
-from asbuilt_bim.progress.surface import SurfaceState, unseen
+from asbuilt_bim.progress.surface import SurfaceState, knows_anything, unseen
 from asbuilt_bim.register.scale import ScaleDoubt
 
 OVERLAP_M = 1e-6
@@ -57,8 +57,7 @@ def decide_element(
             built=past.built, stands=past.stands & ~votes.open, open=past.open, rows=was.row_log_odds if was else None
         )  # fmt: skip
         rows = row_log_odds([side for side in sides if side.face == index], odds, before)
-        decided = state.built_uv_m or state.open_uv_m
-        faces.append(replace(state, row_log_odds=rows if decided else None))
+        faces.append(replace(state, row_log_odds=rows if knows_anything(state) else None))
     return faces
 
 

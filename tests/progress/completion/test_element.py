@@ -289,15 +289,6 @@ def test_an_element_that_stands_within_others_has_nothing_to_show_and_is_unknown
     assert one.state == "unknown" and (one.completion.lower, one.completion.upper) == (0.0, 1.0)
 
 
-def test_what_is_certain_and_what_is_open_stay_as_they_are_where_later_photos_show_nothing() -> None:
-    built, opened = polygon.box(0, 0, 4, 1.4), polygon.box(0, 1.4, 4, 3)
-    first = says(0, built=built, opened=opened)
-    later = replace(first, open_uv_m=(), was_open_uv_m=opened, stations={})
-    seen, unseen_again = (progress(one) for one in (first, later))
-    assert unseen_again.completion.lower == seen.completion.lower and unseen_again.cells_built == seen.cells_built > 0.0
-    assert unseen_again.completion.upper == 1.0
-
-
 def test_a_wall_half_high_of_which_another_side_rises_later_stands_contradicted_by_nobody() -> None:
     low, high = polygon.box(0, 0, 4, 1.4), polygon.box(0, 1.4, 4, 3)
     before = replace(says(0, built=low, opened=high), open_uv_m=(), was_open_uv_m=high, stations={})
