@@ -169,9 +169,9 @@ def state_of(
 ) -> tuple[State, Reason | None]:
     """Name the state that what was seen is likely in, and the reason where it isn't plain.
 
-    Nothing has started where no more than a kicker is built. What is complete has a top that was seen, and something of
-    it is certain. Where no state is likely enough it is unknown: the top or the foot was not seen, photos contradict
-    one another, or they don't tell how high it is.
+    Nothing has started where no more than a kicker is built. What is complete has a top that was seen, something of it
+    is certain, and it would be complete if what was open when it was last seen still were. Where no state is likely
+    enough it is unknown: the top or the foot was not seen, photos contradict one another, or they don't tell how high.
     """
     if completion.best is None:
         if completion.coverage > 0.0:
@@ -179,7 +179,7 @@ def state_of(
         return "unknown", Reason.CONTRADICTS_ITSELF if cells.conflict.any() else Reason.NOT_SEEN
     half_seen = completion.coverage >= options.enough_coverage
     low, high = part_of(cells, height_m, options)
-    whole = cells.levels.between(high + 1, cells.levels.rows)
+    whole = min(one.between(high + 1, one.rows) for one in (cells.levels, cells.held_levels))
     if whole >= limit and completion.lower > 0.0 and _top_is_seen(cells, height_m, options):
         return "complete", None if half_seen else Reason.SEEN_TO_TOP
     if cells.levels.between(0, low - 1) >= limit:

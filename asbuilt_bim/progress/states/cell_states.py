@@ -15,7 +15,7 @@ from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.borders import well_inside, wherever_it_lies
 from asbuilt_bim.progress.states.likelihood import least_nats
 from asbuilt_bim.progress.states.pour import Levels, Model, Shown, levels, model
-from asbuilt_bim.progress.states.rows import of_sides, rows_shape, sides_of
+from asbuilt_bim.progress.states.rows import and_under, of_sides, rows_shape, sides_of
 from asbuilt_bim.progress.surface import SurfaceState
 
 
@@ -25,7 +25,8 @@ class CellStates:
 
     `least`, `most` and `likely` are the shares of each cell that are built at least, at most and most likely; `held` is
     `likely` if what was open still is. `seen` are cells of which a side was decided, `conflict` those in which sides
-    contradict one another and nothing decides. `levels` is how high it likely reaches.
+    contradict one another and nothing decides. `levels` is how high it likely reaches, `held_levels` how high if what
+    was open still is.
     """
 
     built: BoolArray
@@ -38,6 +39,7 @@ class CellStates:
     held: FloatArray
     height: FloatArray
     levels: Levels
+    held_levels: Levels
 
     @property
     def count(self) -> int:
@@ -55,26 +57,14 @@ def cell_states(element: BimElement, surfaces: Sequence[SurfaceState], options: 
     shown = shown_rows(element, surfaces, options)
     found = decided_cells(element, shown, model())
     if any(surface.was_open_uv_m for surface in surfaces):
-        before = decided_cells(element, _unforgotten(element, surfaces, shown, options), model(), at_once=False)
+        held = shown_rows(element, surfaces, options, unforgotten=True)
+        before = decided_cells(element, held, model(), at_once=False)
         found = replace(
             found, built=found.built & before.built, least=np.minimum(found.least, before.least),
-            held=np.minimum(found.likely, before.likely),
+            held=np.minimum(found.likely, before.likely), held_levels=before.levels,
         )  # fmt: skip
     doubtful = any(surface.border_m for surface in surfaces)
     return _wherever_they_lie(found, element, surfaces, options) if doubtful else found
-
-
-def _unforgotten(
-    element: BimElement, surfaces: Sequence[SurfaceState], shown: Shown, options: ProgressOptions
-) -> Shown:
-    """Return what is shown and what was open when it was last seen, but where this visit shows that it has risen."""
-    now = [one if one.stations else replace(one, built_uv_m=(), open_uv_m=()) for one in surfaces]
-    risen = shown_rows(element, now, options)
-    held = shown_rows(element, surfaces, options, unforgotten=True)
-    under = _under(np.asarray((risen.built > risen.open).any(axis=0)))
-    return replace(
-        held, open=np.where(under, shown.open, held.open), log_odds=np.where(under, shown.log_odds, held.log_odds)
-    )
 
 
 def decided_cells(element: BimElement, shown: Shown, fitted: Model, *, at_once: bool = True) -> CellStates:
@@ -91,7 +81,7 @@ def decided_cells(element: BimElement, shown: Shown, fitted: Model, *, at_once: 
     )
     hole, hangs = says_open & ~says_built, says_built & ~says_open
     over = np.logical_or.accumulate(says_open, axis=1)
-    sure = (chance >= 1.0 - fitted.doubt) & _under(says_built) & ~hole
+    sure = (chance >= 1.0 - fitted.doubt) & and_under(says_built) & ~hole
     out = (chance <= fitted.doubt) & over & ~hangs
     built, opened = (np.asarray(_of_cells(one, cells).all(axis=1)) for one in (sure, out))
     against = shows if found.torn > 0.5 else says_built & says_open
@@ -103,12 +93,8 @@ def decided_cells(element: BimElement, shown: Shown, fitted: Model, *, at_once: 
     return CellStates(
         built=built, open=opened, conflict=torn, seen=(seen >= 0.5) & ~torn,
         least=least, most=1.0 - lacks, likely=likely, held=likely, height=height[cells.weight > 0.0], levels=found,
+        held_levels=found,
     )  # fmt: skip
-
-
-def _under(rows: BoolArray) -> BoolArray:
-    """Return each of the rows (nx, rows), and all under it."""
-    return np.logical_or.accumulate(rows[:, ::-1], axis=1)[:, ::-1]
 
 
 def _of_cells(rows: BoolArray | FloatArray, cells: Cells) -> NDArray[Any]:
@@ -144,8 +130,8 @@ def shown_rows(
 ) -> Shown:
     """Return what each side shows in each row: how many samples are built, open, measured as a face, and how clearly.
 
-    An element of which nothing is known shows no side. Of a row that a side shows too little of, only all samples and
-    the log-odds are told. What is `unforgotten` counts as open, where it was so when it was last seen.
+    An element of which nothing is known shows no side. Of a row that a side shows too little of, or of which more was
+    open when it was last seen, only the log-odds are told. What is `unforgotten` counts as open, where it was so.
     """
     if not any(surface.built_uv_m or surface.open_uv_m or surface.was_open_uv_m for surface in surfaces):
         nothing = np.zeros((0, *rows_shape(element, options.spacing_m)))
@@ -160,19 +146,17 @@ def shown_rows(
             (was_open, surface.was_open_uv_m),
         ):  # fmt: skip
             flags[own] = polygon.contains(region, samples.uv_m[own])
+        opened[own] |= was_open[own] & unforgotten
         of_face = [side for side in sides if side.face == index]
         kept = of_sides(surface.row_log_odds, of_face)  # where nobody kept it, no clearer than what is barely decided
         sure = [least_nats() * (side.share(built) - side.share(opened)) for side in of_face]
         each += sure if kept is None else [*kept]
-    every, of_built, of_open, measured = (
+    every, of_built, of_open, measured, was = (
         np.array([side.count(flags) for side in sides])
-        for flags in (built | True, built, opened | (was_open & unforgotten), built & outlined)
+        for flags in (built | True, built, opened, built & outlined, was_open)
     )
     odds = np.array(each)
-    was = np.array([side.share(was_open) for side in sides])
-    if unforgotten:
-        odds = np.where(was > 0.0, np.minimum(odds, -least_nats() * was), odds)
-    else:
+    if not unforgotten:
         odds = np.where((was > 0.0) & (of_open == 0.0), np.maximum(odds, 0.0), odds)
-    enough = of_built + of_open >= options.shown_share * every
+    enough = of_built + of_open >= np.maximum(options.shown_share * every, was)
     return Shown(built=of_built * enough, open=of_open * enough, measured=measured * enough, log_odds=odds)

@@ -19,7 +19,7 @@ from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.as_built import as_built
 from asbuilt_bim.progress.states.doubts import GONE_M2, past_design
 from asbuilt_bim.progress.states.outlines import looks_like_bars, stands_off
-from asbuilt_bim.progress.states.rows import Before, row_log_odds, sides_of
+from asbuilt_bim.progress.states.rows import Before, Side, and_under, row_log_odds, showing, sides_of
 from asbuilt_bim.progress.states.sample_grid import Indices, patches, strips
 from asbuilt_bim.progress.states.votes import Votes
 from asbuilt_bim.progress.surface import SurfaceState, knows_anything, unseen
@@ -45,8 +45,8 @@ def decide_element(
     until a visit says so again.
     """
     samples = cell_samples(element, options.spacing_m)
-    past = _past(element, samples, votes, earlier, options)
     sides = list(sides_of(element, options.spacing_m))
+    past = _past(element, samples, sides, votes, earlier, options)
     odds = np.where(past.built & ~past.stands & ~votes.built, 0.0, votes.log_odds)
     elsewhere_m = 0.0 if doubt is None else float(doubt.reach_m(element.vertices_m).max(initial=0.0))
     faces = []
@@ -77,6 +77,7 @@ class _Past:
 def _past(
     element: BimElement,
     samples: CellSamples,
+    sides: Sequence[Side],
     votes: Votes,
     earlier: Sequence[SurfaceState | None],
     options: ProgressOptions,
@@ -92,17 +93,24 @@ def _past(
         for region in (was.open_uv_m, was.was_open_uv_m):
             if region and own.any():
                 opened[own] |= polygon.contains(region, samples.uv_m[own])
-    opened &= not _has_risen(opened, samples, votes)
+    risen = _risen(sides, opened, built, votes, options.shown_share).reshape(-1)
+    for side in sides:
+        opened[side.samples] &= ~risen[side.row]
     undone = built & votes.open
     gone_m2 = np.bincount(samples.face, weights=samples.area_m2 * undone, minlength=len(known))
     lost = samples.cell[undone & (gone_m2 >= GONE_M2)[samples.face]]
     return _Past(built=built, undone=undone, stands=built & ~np.isin(samples.cell, lost), open=opened)
 
 
-def _has_risen(opened: BoolArray, samples: CellSamples, votes: Votes) -> bool:
-    """Say whether most of what was open and is seen again is built now: then the rest may well be, too."""
-    built, still = opened & votes.built, opened & votes.open
-    return bool(samples.area_m2[built].sum() > samples.area_m2[still].sum())
+def _risen(sides: Sequence[Side], opened: BoolArray, built: BoolArray, votes: Votes, least_share: float) -> BoolArray:
+    """Say which rows (nx, rows) are open no more: those that any side shows built now, and all under them.
+
+    Where most rows that were open and are seen again are built now, the rest may well be, too: then it is all of them.
+    """
+    now = and_under(showing(sides, votes.built, votes.open, least_share))
+    still = showing(sides, votes.open, votes.built, least_share) & ~now
+    was = showing(sides, opened, built, least_share)
+    return now | ((was & now).sum() > (was & still).sum())
 
 
 def _face_state(

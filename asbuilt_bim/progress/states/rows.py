@@ -57,6 +57,22 @@ def sides_of(element: BimElement, spacing_m: float) -> Iterator[Side]:
             yield Side(face=index, samples=some, row=row[some], shape=shape)
 
 
+def and_under(rows: BoolArray) -> BoolArray:
+    """Return each of the rows (nx, rows), and all under it."""
+    return np.logical_or.accumulate(rows[:, ::-1], axis=1)[:, ::-1]
+
+
+def showing(sides: Sequence[Side], some: BoolArray, others: BoolArray, least_share: float) -> BoolArray:
+    """Say of which rows (nx, rows) any side shows more of `some` samples (N,) than of the `others`.
+
+    A side shows a row where both together are at least `least_share` of its samples.
+    """
+    found = np.zeros(sides[0].shape, dtype=bool) if sides else np.zeros((0, 0), dtype=bool)
+    for side in sides:
+        found |= (side.share(some | others) >= least_share) & (side.count(some) > side.count(others))
+    return found
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Before:
     """What earlier visits saw built (N,), what of it still stands, and how clearly: a face's rows, if any.

@@ -254,18 +254,12 @@ def test_best_lies_within_its_bounds_and_nothing_seen_is_never_nought_percent(
 
 
 def test_what_was_open_when_last_seen_holds_back_the_least_and_the_best_and_not_the_most() -> None:
-    seen = says(0, built=polygon.box(0, 0, 4, 1.6))
-    afresh, before = progress(seen), progress(replace(seen, was_open_uv_m=polygon.box(0, 1.6, 4, 3)))
+    low, high = polygon.box(0, 0, 4, 1.6), polygon.box(0, 1.6, 4, 3)
+    afresh = progress(says(0, built=low))
+    before = progress(replace(says(0, built=low, opened=high), open_uv_m=(), was_open_uv_m=high))
     assert before.completion.lower < afresh.completion.lower == pytest.approx(1.6 / 3.0, abs=0.01)
     assert before.completion.best == pytest.approx(1.6 / 3.0, abs=0.02) and afresh.completion.best == 1.0
     assert before.completion.upper == afresh.completion.upper == 1.0 and before.cells_open == 0.0
-
-
-def test_what_was_open_under_what_is_seen_built_now_has_risen_and_holds_nothing_back() -> None:
-    for nats in (least_nats(), MOST_NATS):
-        top = says(0, built=polygon.box(0, 1.0, 4, 3), measured=False, nats=nats)
-        risen = progress(replace(top, was_open_uv_m=polygon.box(0, 0, 4, 1.0)))
-        assert risen.completion == progress(top).completion and risen.completion.lower > 0.95
 
 
 def test_what_is_complete_has_something_that_is_certain() -> None:

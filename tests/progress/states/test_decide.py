@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.bim.cells import cell_samples
+from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.progress.completion.element import progress_of
 from asbuilt_bim.progress.history import EMPTY_HISTORY
@@ -23,7 +24,7 @@ from tests.match.small_site import FAR, box, element
 WALL = element("W", "wall", box(0, 0, 0, 4.0, 0.25, 3.0))
 OPTIONS = ProgressOptions()
 SAMPLES = cell_samples(WALL, OPTIONS.spacing_m)
-FRONT, UP_M = SAMPLES.face == 0, SAMPLES.points_m[:, 2] - FAR[2]
+FRONT, BACK, UP_M = SAMPLES.face == 0, SAMPLES.face == 2, SAMPLES.points_m[:, 2] - FAR[2]
 NOTHING = np.zeros(len(FRONT))
 
 
@@ -68,3 +69,40 @@ def test_a_face_that_was_seen_all_open_stays_as_clear_as_it_was_seen_however_man
 def test_of_a_face_that_photos_say_too_little_of_no_rows_are_kept() -> None:
     nearly = judged(np.where(FRONT, 0.9 * least_nats(), 0.0))
     assert nearly[0].row_log_odds is None and not nearly[0].built_uv_m
+
+
+def test_a_side_seen_open_before_another_rose_holds_nothing_back_at_any_later_visit() -> None:
+    """The back was open in winter; in spring the front is 1 m high; in summer no photo shows the wall."""
+    winter = judged(np.where(BACK, -MOST_NATS, 0.0))
+    spring = judged(np.where(FRONT, np.where(UP_M < 1.0, MOST_NATS, -MOST_NATS), 0.0), winter)
+    summer = judged(NOTHING, spring)
+    assert progress(spring).completion.lower == pytest.approx(1.0 / 3.0, abs=0.03)
+    assert progress(summer).completion.lower == progress(spring).completion.lower
+    kept = polygon.area(spring[2].was_open_uv_m)
+    assert kept == pytest.approx(4.0 * 2.0, abs=0.3) == polygon.area(summer[2].was_open_uv_m)  # over 1 m alone
+
+
+def test_where_the_foot_of_a_side_that_was_open_is_seen_built_what_was_open_under_it_has_risen() -> None:
+    top = np.where(BACK & (UP_M > 1.0), MOST_NATS, 0.0)
+    afresh, risen = judged(top), judged(top, judged(np.where(FRONT & (UP_M < 1.0), -MOST_NATS, 0.0)))
+    assert progress(risen).completion == progress(afresh).completion and progress(afresh).completion.lower > 0.95
+
+
+def test_a_few_samples_that_looked_open_in_what_is_built_dont_make_it_open_later() -> None:
+    """One sample in twenty errs."""
+    errs = np.random.default_rng(1).random(len(FRONT)) < 0.05
+    shown = np.where(UP_M < 1.5, MOST_NATS, -MOST_NATS) * np.where(errs, -1.0, 1.0)
+    seen = judged(np.where(FRONT | BACK, shown, 0.0))
+    again = judged(NOTHING, seen)
+    assert progress(again).completion.lower == progress(seen).completion.lower > 0.4
+    foot = progress(judged(np.where(FRONT & (UP_M < 0.7), MOST_NATS, 0.0), seen)).completion
+    assert foot.lower <= 0.52 and (foot.best or 0.0) <= 0.52  # what was open over it is open still
+
+
+def test_what_hangs_over_what_is_open_is_complete_at_no_later_visit() -> None:
+    """A cage's top looked like concrete, and the wall was open under it."""
+    hangs = np.where(UP_M < 1.5, MOST_NATS, np.where(UP_M > 2.8, MOST_NATS, -MOST_NATS))
+    seen = judged(np.where(FRONT, hangs, 0.0))
+    assert progress(seen).state == "part"
+    assert progress(judged(NOTHING, seen)).state == "unknown"
+    assert progress(judged(np.where(BACK & (UP_M < 1.0), MOST_NATS, 0.0), seen)).state != "complete"
