@@ -2,12 +2,12 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from datetime import date, datetime
 from multiprocessing import current_process
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 import ifcopenshell
 import pytest
@@ -46,13 +46,25 @@ DOCUMENTED = (Path(__file__).parent.parent / "docs/api.md").read_text(encoding="
 def test_the_public_names_are_these_and_no_others() -> None:
     assert sorted(asbuilt_bim.__all__) == [
         "AsBuiltError",
+        "BimElement",
         "BimModel",
+        "ElementProgress",
         "Figure",
+        "Foreign",
+        "Instance",
+        "MeasureOptions",
+        "MeasuredFace",
+        "Note",
         "PairMeasurement",
         "ProgressReport",
         "Project",
+        "Rejection",
         "ResultSummary",
         "Run",
+        "ScheduleFile",
+        "StereoRig",
+        "TargetSighting",
+        "Words",
         "__version__",
         "figures",
         "measure_document",
@@ -78,6 +90,34 @@ def test_the_public_names_are_these_and_no_others() -> None:
 def test_every_public_name_can_be_had_and_is_documented(name: str) -> None:
     assert inspect.getdoc(getattr(asbuilt_bim, name))
     assert re.search(rf"`{name}\b", DOCUMENTED), f"docs/api.md doesn't name {name}"
+
+
+def test_every_type_in_a_public_signature_has_a_public_name() -> None:
+    public = [getattr(asbuilt_bim, name) for name in asbuilt_bim.__all__ if name != "__version__"]
+    own = {kind for one in public for call in _calls(one) for hint in get_type_hints(call).values()
+           for kind in _types(hint) if kind.__module__.startswith("asbuilt_bim")}  # fmt: skip
+    assert asbuilt_bim.StereoRig in own
+    assert sorted(kind.__name__ for kind in own.difference(public)) == []
+
+
+def _calls(public: object) -> list[Callable[..., Any]]:
+    """A public function, or a public class's methods and what its properties call."""
+    if not inspect.isclass(public):
+        return [public] if inspect.isfunction(public) else []
+    shown = [one for name, one in inspect.getmembers(public) if not name.startswith("_")]
+    called = [one.fget if isinstance(one, property) else one for one in shown]
+    return [one for one in called if inspect.isfunction(one) or inspect.ismethod(one)]
+
+
+def _types(hint: Any) -> Iterator[type]:
+    """The classes that an annotation names, however deep."""
+    if isinstance(hint, list | tuple):
+        for part in hint:
+            yield from _types(part)
+    elif isinstance(hint, type) and not get_args(hint):
+        yield hint
+    else:
+        yield from _types(get_args(hint))
 
 
 def test_arguments_are_as_documented() -> None:
