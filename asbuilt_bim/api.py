@@ -84,7 +84,7 @@ def run(
             when = datetime.now(UTC)
             found = run_project(visited, place, tell, before)
             found = with_what_is_known(found, visited, before, last, when.date())
-            published = publish_run(output, found, visited, when, writers)
+            published = publish_run(output, found, visited, when, writers, progress=tell)
     store.prune()
     return Run(reports=found.reports, folder=published.folder, warnings=(*_doubts(found.reports), *published.warnings))
 

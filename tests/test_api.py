@@ -143,18 +143,18 @@ def test_a_run_in_python_is_a_run_with_plan_schedules_and_the_plugins_files(tmp_
         f"Formwork of one,2026-02-01,2026-02-03,{element}\n"
     )
     contents |= {"schedule": "plan.csv", "writers": ["example-markdown", "example-failing"]}
-    steps: list[str] = []
+    steps: list[tuple[str, int, int]] = []
     found = asbuilt_bim.run(
         write(tmp_path / "site", contents),
         tmp_path / "out",
         cache=False,
-        progress=lambda step, done, total, what: steps.append(step),
+        progress=lambda step, done, total, what: steps.append((step, done, total)),
     )
     assert "not one station could be used" in found.warnings[0] and found.result.nothing_seen
     assert "example-failing" in found.warnings[-1]
     out = tmp_path / "out"
     assert (out / "extra/example-markdown/storeys.md").is_file()
-    assert steps
+    assert steps[-2:] == [("write", 0, 1), ("write", 1, 1)]  # its outputs are seen to begin and to end
     walls = next(task for task in found.result.tasks if task.progress.name == "Walls ground floor, west")
     assert walls.schedule_finish is not None
     assert walls.schedule_finish.date() == date(2026, 2, 20)

@@ -98,11 +98,14 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
         with screen.steps() as progress:
             project = until_end.enter_context(with_video_stations(project, cache, progress))
             result = run_project(project, place, progress, before)
-        result = with_what_is_known(result, project, before, last, when.date())
-        before = known_again(before, result.design) if before is not None else None
-        timer = StepTimer(time.perf_counter)
-        published = publish_run(out, result, project, when, writers, colour=request.colour, keep_runs=request.keep_runs)
-        timer.done("write")
+            result = with_what_is_known(result, project, before, last, when.date())
+            before = known_again(before, result.design) if before is not None else None
+            timer = StepTimer(time.perf_counter)
+            published = publish_run(
+                out, result, project, when, writers,
+                progress=progress, colour=request.colour, keep_runs=request.keep_runs,
+            )  # fmt: skip
+            timer.done("write")
     cache.prune()
     incomplete = _warn(result, project, screen)
     if published.current:
@@ -176,8 +179,8 @@ def report_command(
         raise OutputError(f"{folder}: no such folder; name the --out folder of a run")
     if read_current(folder) is None:  # before the folder is taken: one without runs stays as it is
         raise ResultError(no_run(folder))
-    with open_output(folder) as out:
-        published = publish_again(out, ifc, when, colour=colour, whole_photos=whole_photos)
+    with open_output(folder) as out, screen.steps() as progress:
+        published = publish_again(out, ifc, when, progress=progress, colour=colour, whole_photos=whole_photos)
     _show(read_result(published.folder / "result.json"), None, screen, folder / CHANGES)
     _say_where(folder, published, screen)
     return 0

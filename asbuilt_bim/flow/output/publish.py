@@ -11,6 +11,7 @@ from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_formats.rig_file import write_rig
 from asbuilt_bim.codes import REVISIONS, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import AsBuiltError, ResultError
+from asbuilt_bim.flow.measure_visit import Progress
 from asbuilt_bim.flow.output.carried_on import check_currency, inputs_of, last_workbook, with_last
 from asbuilt_bim.flow.output.certified_photos import photo_changes, photos_of
 from asbuilt_bim.flow.output.folder import OutputFolder, Published
@@ -46,6 +47,7 @@ def publish_run(
     when: datetime,
     writers: Sequence[Plugin] = (),
     *,
+    progress: Progress = lambda *_: None,
     colour: bool = False,
     keep_runs: int | None = None,
 ) -> Published:
@@ -71,7 +73,7 @@ def publish_run(
             for report in visits:
                 write_result(report, folder / name / f"{report.visit_date.isoformat()}.json")
         write_result(reports[-1], folder / "result.json")
-        last = _write_views(folder, project.ifc, colour)
+        last = _write_views(folder, project.ifc, colour, progress)
         if before is not None:
             write_changes(before, last, folder / CHANGES)
         warnings.extend(run_writers(writers, last, folder))
@@ -93,7 +95,13 @@ def publish_run(
 
 
 def publish_again(
-    out: OutputFolder, ifc: Sequence[Path], when: datetime, *, colour: bool = False, whole_photos: bool = False
+    out: OutputFolder,
+    ifc: Sequence[Path],
+    when: datetime,
+    *,
+    progress: Progress = lambda *_: None,
+    colour: bool = False,
+    whole_photos: bool = False,
 ) -> Published:
     """Make every output of the current run again, from its `result.json`, its pictures and the IFC files alone.
 
@@ -124,7 +132,7 @@ def publish_again(
                 shutil.copyfile(current.folder / name, folder / name)
         if last is not None:
             write_result(report, folder / "result.json")
-        _write_views(folder, sources, colour, whole_photos=whole_photos)
+        _write_views(folder, sources, colour, progress, whole_photos=whole_photos)
         warnings.extend(run_writers(writers, report, folder))
 
     digest = _digest(report.provenance, [report]) if report.provenance else "0" * 8
@@ -234,8 +242,11 @@ def _places_digest(project: Project) -> str:
     return file_digest(files[0]) if len(files) == 1 else digest_of([file_digest(file) for file in files])
 
 
-def _write_views(folder: Path, ifc: Sequence[Path], colour: bool, *, whole_photos: bool = False) -> ProgressReport:
+def _write_views(
+    folder: Path, ifc: Sequence[Path], colour: bool, progress: Progress, *, whole_photos: bool = False
+) -> ProgressReport:
     """Write what is made from a run folder's results, as they stand there: `run` and `report` write the same."""
+    progress("write", 0, 1)
     report = read_result(folder / "result.json")
     if whole_photos:
         report = replace(report, pictures="whole")
@@ -245,6 +256,7 @@ def _write_views(folder: Path, ifc: Sequence[Path], colour: bool, *, whole_photo
         write_overlays(one, read_pictures(one, folder), folder / "overlays", whole=report.pictures == "whole")
     colours = STATE_COLOURS if colour else None
     write_copies(ifc, report, folder, earlier=earlier, colours=colours, words=note_words)
+    progress("write", 1, 1)
     return report
 
 
