@@ -1,5 +1,6 @@
 """Units and currencies of cost lines: how people spell them, and what each measures."""
 
+import re
 from difflib import get_close_matches
 
 from asbuilt_bim.bim.model import CostMeasure
@@ -25,6 +26,20 @@ _CURRENCIES = {
     **dict.fromkeys(("£", "gbp"), "GBP"),
     **dict.fromkeys(("chf", "fr", "sfr"), "CHF"),
 }
+_DOLLARS = frozenset(("AUD", "CAD", "HKD", "NZD", "SGD", "USD"))
+_CODES = _DOLLARS | {
+    "AED", "BGN", "BRL", "CNY", "CZK", "DKK", "HUF", "ILS", "INR", "ISK", "JPY", "KRW", "MXN", "NOK", "PLN", "RON",
+    "RSD", "SAR", "SEK", "THB", "TRY", "UAH", "ZAR",
+}  # fmt: skip
+"""ISO 4217: those that stand beside a rate. No unit of a bill is written like one of them, as `STD` and `PCS` are."""
+_LONGEST = 40
+"""Letters of an amount: what is longer is none, and would be looked at for minutes."""
+_WORD = r"US\$|[€$£]|[A-Za-z]{2,5}\.?"
+_NUMBER = r"[-+]?\d[^A-Za-z€$£]*"
+_BEFORE = re.compile(rf"(?P<sign>[-+]?)\s*(?P<word>{_WORD})\s*(?P<number>{_NUMBER})")
+_BEHIND = re.compile(rf"(?P<sign>)(?P<number>{_NUMBER}?)\s*(?P<word>{_WORD})")
+_WHOLE = re.compile(r"([-+]?\d+)[.,][-–—]{1,2}")
+_DASH = re.compile(r"(?<=\d[.,])[-–—]{1,2}$")
 _ALIKE = 0.75
 """How much alike two spellings are, as difflib counts: one letter too many or too few in two or three."""
 
@@ -45,6 +60,28 @@ def currency_of(text: str) -> str:
     text = text.strip()
     code = text.upper() if len(text) == 3 and text.isalpha() else text
     return _CURRENCIES.get(_bare(text), code)
+
+
+def currency_there(text: str, design: str) -> str:
+    """Return the one spelling of a currency, the design's own where nothing is said; `$` is the design's own dollar."""
+    text = text.strip()
+    return design if not text or (text == "$" and design in _DOLLARS) else currency_of(text)
+
+
+def parted_money(text: str) -> tuple[str, str]:
+    """Return the number in `€ 1.234,50`, `$45.00`, `45,00 EUR` or `CHF 45.-`, and the currency as it stands there.
+
+    The number is as it was written, a dash for no cents as zeros. What isn't money comes back as it is, without one.
+    """
+    text, word = text.strip(), ""
+    if len(text) > _LONGEST:
+        return text, word
+    found = _BEFORE.fullmatch(text) or _BEHIND.fullmatch(text)
+    if found and (_bare(found["word"]) in _CURRENCIES or found["word"].upper() in _CODES):
+        text, word = found["sign"] + found["number"], found["word"]
+    if whole := _WHOLE.fullmatch(text):
+        return whole[1], word
+    return _DASH.sub("00", text), word
 
 
 def meant_unit(unit: str) -> str:

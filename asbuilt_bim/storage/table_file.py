@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
@@ -16,6 +16,8 @@ MAX_BYTES = 60_000_000
 MAX_NAMED = 8
 Columns = Mapping[str, Sequence[str]]
 """What a column is known by here -> what it may be called; capitals, spaces, dashes and underscores don't count."""
+Cells = Mapping[str, str | float | date]
+"""A row's cells by column; "" where there is none."""
 _Line = tuple[int, Sequence[str | float | date]]
 _DAY = re.compile(r"(\d{4})-(\d{1,2})-(\d{1,2})")
 _DOTTED_DAY = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})")
@@ -35,10 +37,10 @@ _GROUPS = re.compile(r"[+-]?[1-9]\d{0,2}((\.\d{3}){2,}|(,\d{3}){2,})")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TableRow:
-    """One row: its number in the file, and its cells by column; "" where there is none."""
+    """One row: its number in the file, and its cells."""
 
     number: int
-    cells: Mapping[str, str | float | date]
+    cells: Cells
 
     def text(self, column: str) -> str:
         """Return a cell as text; a whole number without its `.0`."""
@@ -59,8 +61,16 @@ class TableFile:
     points: frozenset[str] = frozenset()  # columns in which a point parts no thousands
 
 
-def read_table(path: Path, columns: Columns, needed: Iterable[str], refusal: type[AsBuiltError]) -> TableFile:
+def read_table(
+    path: Path,
+    columns: Columns,
+    needed: Iterable[str],
+    refusal: type[AsBuiltError],
+    parted: Callable[[Cells], Cells] = lambda cells: cells,
+) -> TableFile:
     """Read a table by its ending; blank rows are left out, and columns that nobody asked for.
+
+    `parted` takes from a row's cells what stands beside their numbers, before their decimal signs are looked at.
 
     Raises:
         AsBuiltError: of the sort `refusal`: no such table, too large, or a needed column is missing or there twice.
@@ -80,7 +90,7 @@ def read_table(path: Path, columns: Columns, needed: Iterable[str], refusal: typ
         raise refusal(f"{path}: the table is empty; `asbuilt-bim template PROJECT.yaml` writes one to fill in")
     places = _places([str(cell) for cell in filled[0][1]], columns, needed, path, refusal)
     rows = tuple(
-        TableRow(number=number, cells={key: cells[at] for key, at in places.items() if at < len(cells)})
+        TableRow(number=number, cells=parted({key: cells[at] for key, at in places.items() if at < len(cells)}))
         for number, cells in filled[1:]
     )
     texts = [(key, cell.strip(" %")) for row in rows for key, cell in row.cells.items() if isinstance(cell, str)]

@@ -9,7 +9,7 @@ from pathlib import Path
 import openpyxl
 import pytest
 
-from asbuilt_bim.bim.cost_units import currency_of, meant_unit, sign_of
+from asbuilt_bim.bim.cost_units import currency_of, currency_there, meant_unit, parted_money, sign_of
 from asbuilt_bim.bim.covers import Cover
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.codes import Reason
@@ -211,4 +211,64 @@ def test_every_spelling_of_a_currency_is_one_and_an_unknown_one_stays(tmp_path: 
     for code, texts in spelt.items():
         assert {currency_of(text) for text in texts.split()} == {code}
     table = costs(tmp_path, "1,Walls,m3,1,2,€", head="item,text,unit,quantity,rate,currency\n")
-    assert table.lines[0].currency == "EUR"
+    assert currency_there(table.lines[0].currency, "CHF") == "EUR"
+
+
+@pytest.mark.parametrize(
+    ("written", "number", "currency"),
+    [("€ 1.234,50", "1.234,50", "€"), ("$45.00", "45.00", "$"), ("45,00 EUR", "45,00", "EUR"),
+     ("CHF 45.-", "45", "CHF"), ("Fr. 45.50", "45.50", "Fr."), ("1\u00a0234,50\u202f€", "1\u00a0234,50", "€"),
+     ("-$45.00", "-45.00", "$"),
+     ("€-45", "-45", "€"), ("1'234.–", "1'234.00", ""), ("1.234,-- €", "1.234,00", "€"), ("45 sek", "45", "sek"),
+     ("US$ 1,234.50", "1,234.50", "US$"), ("45", "45", "")],
+)  # fmt: skip
+def test_money_is_parted_into_its_number_and_its_currency(written: str, number: str, currency: str) -> None:
+    assert parted_money(written) == (number, currency)
+
+
+@pytest.mark.parametrize(
+    "text", ["45 Std", "45 PCS", "45,00 €/m3", "(45.00)", "EUR", "12 kr", "€ 45 EUR", "1" + " " * 200_000 + "€!", ""]
+)
+def test_what_is_no_money_is_not_parted(text: str) -> None:
+    assert parted_money(text) == (text, "")
+
+
+MONEY = "item;unit;quantity;rate;currency\n"
+
+
+def test_rates_written_as_money_are_read_and_give_the_tables_currency(tmp_path: Path) -> None:
+    table = costs(tmp_path, "1;m3;3,5;€ 1.234,50;", "2;m2;2;45,00 EUR;", "3;m;1;310;", "4;m;1;45,- €;eur", head=MONEY)
+    assert [line.rate for line in table.lines] == [1234.5, 45.0, 310.0, 45.0]
+    assert {currency_there(line.currency, "CHF") for line in table.lines} == {"EUR"}
+
+
+def test_rates_written_as_money_in_a_workbook_are_read(tmp_path: Path) -> None:
+    book = openpyxl.Workbook()
+    for row in (["item", "unit", "quantity", "rate"], [1, "m3", 1, "CHF 1'234.50"], [2, "m3", 1, "CHF 45.-"]):
+        book.active.append(row)  # type: ignore[union-attr]
+    book.save(tmp_path / "boq.xlsx")
+    assert [(line.rate, line.currency) for line in read_costs(tmp_path / "boq.xlsx").lines] == [
+        (1234.5, "CHF"), (45.0, "CHF"),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("rows", "reason"),
+    [
+        (["1;m3;1;€ 45,00;", "2;m3;1;45,00 $;"], r"row 3: its rate is in \$, that of row 2 in €; write rates without"),
+        (["1;m3;1;€ 45,00;USD"], "row 2: its rate is in €, its currency is USD; correct one of them"),
+        (["1;m3;1;€ 1.234;"], "row 2, rate: '1.234' could be meant two ways"),
+        (["1;m3;1;€ 1.234.-;"], "row 2, rate: '1.234.00' is no number"),
+        (["1;m3;€ 45,00;1;"], "row 2, quantity: '€ 45,00' is no number"),
+    ],
+)
+def test_money_that_could_be_misread_is_refused_by_its_row(tmp_path: Path, rows: list[str], reason: str) -> None:
+    with pytest.raises(CostError, match=reason):
+        costs(tmp_path, *rows, head=MONEY)
+
+
+def test_a_dollar_is_the_designs_own_and_no_currency_at_all_is_the_designs(tmp_path: Path) -> None:
+    table = costs(tmp_path, "1,m3,1,$45.00", "2,m3,1,45.00", head="item,unit,quantity,rate\n")
+    for design, told in (("AUD", "AUD"), ("EUR", "USD"), ("", "USD")):
+        assert {currency_there(line.currency, design) for line in table.lines} == {told}
+    assert currency_there("", "EUR") == "EUR"

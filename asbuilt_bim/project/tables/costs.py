@@ -8,11 +8,12 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from asbuilt_bim.bim.cost_notes import cost_notes
-from asbuilt_bim.bim.cost_units import currency_of, meant_unit, measure_of, sign_of
+from asbuilt_bim.bim.cost_units import currency_there, meant_unit, measure_of, sign_of
 from asbuilt_bim.bim.covers import Cover, Covered, CoveredRows
 from asbuilt_bim.bim.model import COSTS_KEY, BimModel, CostLine
 from asbuilt_bim.codes import Note, Reason, SubjectKind, Value, about, noted
 from asbuilt_bim.errors import CostError
+from asbuilt_bim.project.tables.rates import currencies_in, parted_rate
 from asbuilt_bim.storage.table_file import TableFile, TableRow, number_in, read_table, refused_rows, words_in
 
 COLUMNS = {
@@ -57,7 +58,7 @@ def read_costs(path: Path) -> CostsTable:
         CostError: it can't be read; or a row has no item, an item stands twice, or a number could be meant two ways.
             Every such row is named, up to eight.
     """
-    table = read_table(path, COLUMNS, NEEDED, CostError)
+    table = read_table(path, COLUMNS, NEEDED, CostError, parted_rate)
     if len(table.rows) > MAX_LINES:
         raise CostError(f"{path}: holds {len(table.rows):,} lines, limit {MAX_LINES:,}; is it the right file?")
     faults: list[str] = []
@@ -65,11 +66,12 @@ def read_costs(path: Path) -> CostsTable:
     covers: list[Cover] = []
     seen: dict[str, int] = {}
     more: list[tuple[TableRow, Cover]] = []
+    currencies = currencies_in(table.rows, faults)
     for row in table.rows:
         if not row.text("quantity") and not row.text("rate") and not row.text("unit"):
             more.append((row, _cover(row, faults)))
             continue
-        line = _line(row, table, faults)
+        line = _line(row, table, currencies[row.number], faults)
         first = seen.setdefault(line.identification, row.number)
         if first != row.number:
             faults.append(f"row {row.number}: the item {line.identification!r} stands in row {first}, too")
@@ -107,7 +109,7 @@ def _with_more(
     return found
 
 
-def _line(row: TableRow, table: TableFile, faults: list[str]) -> CostLine:
+def _line(row: TableRow, table: TableFile, currency: str, faults: list[str]) -> CostLine:
     item, unit = row.text("item").strip()[:MAX_TEXT], row.text("unit").strip()[:20]
     numbers = {}
     for column in ("quantity", "rate"):
@@ -140,7 +142,7 @@ def _line(row: TableRow, table: TableFile, faults: list[str]) -> CostLine:
         measure=measure,
         planned_quantity=numbers.get("quantity", 0.0),
         rate=numbers.get("rate", 0.0),
-        currency=currency_of(row.text("currency").strip()[:10]),
+        currency=currency[:10],
         unit_scale=scale,
     )
 
@@ -179,7 +181,7 @@ def with_costs(design: BimModel, table: CostsTable, covered: CoveredRows) -> Bim
             line,
             elements=found.elements,
             others=found.others,
-            currency=line.currency or covered.currency,
+            currency=currency_there(line.currency, covered.currency),
             schedule=table.name,
         )
         lines.append(made)
