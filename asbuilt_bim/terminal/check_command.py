@@ -24,6 +24,7 @@ from asbuilt_bim.progress.visits.expected import VisitPlan
 from asbuilt_bim.progress.visits.tags import surveyed_tags, with_unread_tags
 from asbuilt_bim.project.check import refuse_missing
 from asbuilt_bim.project.model import Project, Visit
+from asbuilt_bim.project.networks import identities
 from asbuilt_bim.project.photos import left_over, stations_of
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.project.tables.places import known_places
@@ -74,6 +75,7 @@ def check_command(request: CheckRequest, screen: Screen, today: date) -> int:
     check_page_place(request.out, MADE_BY)
     project = read_project(request.project, allow_outside=request.allow_outside, visited=False)
     refuse_missing(project)
+    identities(project.networks)  # opens them: what the run would refuse in the evening is refused here
     stations = near_of(stations_of(request.photos, project), project)
     if alone := left_over(request.photos, stations):
         some = ", ".join(alone[:MOST_NAMED]) + (

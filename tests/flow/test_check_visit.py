@@ -10,17 +10,20 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+import yaml
 from click.testing import CliRunner, Result
 
 from asbuilt_bim.camera.rig_formats.reader import read_rig
 from asbuilt_bim.cli import app
 from asbuilt_bim.codes import Reason
+from asbuilt_bim.errors import NetworkError
 from asbuilt_bim.flow.check_places import PlacedBy
 from asbuilt_bim.flow.check_visit import check_stations, day_of
 from asbuilt_bim.flow.measure_visit import Workplace, measure_stations, read_pair
 from asbuilt_bim.measure.station import RejectedStation, StationMeasurement
 from asbuilt_bim.progress.visits.checked import CheckedStation, CheckedVisit
 from asbuilt_bim.project.model import Project, Visit
+from asbuilt_bim.project.networks import identities
 from asbuilt_bim.project.photos import stations_of
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.project.tables.places import KnownPlaces, survey_of
@@ -29,6 +32,7 @@ from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.scale.cache import Cache
 from tests.photo_damage import _rewrite
 from tests.site_fixture import contents, rig_file, shared_cache, site, small_project, write
+from tests.vision.networks import graphs
 
 TODAY = date(2026, 3, 20)
 
@@ -270,6 +274,23 @@ def test_a_folder_without_photos_is_refused_in_one_line(project: Project, tmp_pa
     (tmp_path / "a.jpg").touch()
     lone = run(tmp_path / "a.jpg", "--project", project.path, "--out", tmp_path / "page.html")
     assert lone.exit_code == 2 and "a.jpg alone is no pair" in lone.output
+
+
+@pytest.mark.parametrize("broken", ["", "no network"])
+def test_a_network_that_a_run_would_refuse_is_refused_before_anybody_leaves(
+    project: Project, tmp_path: Path, broken: str
+) -> None:
+    folder = shutil.copytree(project.folder, tmp_path / "site")
+    card = graphs.card(folder, broken.encode(), "semantic")
+    if not broken:
+        (folder / "tiny.onnx").unlink()
+    written = yaml.safe_load(project.path.read_text(encoding="utf-8")) | {"networks": {"segment": card.name}}
+    file = write(folder, written)
+    with pytest.raises(NetworkError) as of_the_run:
+        identities(read_project(file).networks)
+    done = run(photos(tmp_path / "today", "G1"), "--project", file, "--out", tmp_path / "page.html")
+    assert done.exit_code == 1 and f"error: {of_the_run.value}" in done.output
+    assert "tiny.onnx" in done.output and not (tmp_path / "page.html").exists()
 
 
 def test_the_plan_command_lists_as_many_stations_as_asked_for_and_writes_the_page(
