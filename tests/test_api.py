@@ -142,7 +142,7 @@ def test_a_run_in_python_is_a_run_with_plan_schedules_and_the_plugins_files(tmp_
         f'"Walls ground floor, west",2026-02-01,2026-02-20,\nPainting,2026-05-01,2026-06-01,\n'
         f"Formwork of one,2026-02-01,2026-02-03,{element}\n"
     )
-    contents |= {"schedule": "plan.csv", "writers": ["example-markdown", "example-failing"]}
+    contents |= {"schedule": "plan.csv", "csv": "semicolon", "writers": ["example-markdown", "example-failing"]}
     steps: list[tuple[str, int, int]] = []
     found = asbuilt_bim.run(
         write(tmp_path / "site", contents),
@@ -165,6 +165,7 @@ def test_a_run_in_python_is_a_run_with_plan_schedules_and_the_plugins_files(tmp_
     assert {"schedule.msp.xml", "schedule.p6.xml", "tasks.csv"} <= {p.name for p in out.iterdir()}
     again = asbuilt_bim.remake(out)
     assert again.folder != found.folder
+    assert (out / "tasks.csv").read_text(encoding="utf-8-sig").startswith("Identification;Name;")
     for name in ("schedule.msp.xml", "schedule.p6.xml", "tasks.csv", "extra/example-markdown/storeys.md"):
         assert (again.folder / name).read_bytes() == (found.folder / name).read_bytes()
     assert read_result(out / "result.json").tasks == again.result.tasks

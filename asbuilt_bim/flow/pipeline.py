@@ -324,7 +324,7 @@ def _judged(
         report = replace(report, rig=seen.rig, notes=notes, observations=known.observed)
         report = with_former_ids(with_tolerance(report, design, project.tolerance), design.former_ids)
         report = replace(
-            report, pictures=project.pictures, people_sought=people_sought(project.networks),
+            report, pictures=project.pictures, csv=project.csv, people_sought=people_sought(project.networks),
             people_outlined=len(known.outlines),
         )  # fmt: skip
         names = [station.name for station in visit.stations if station.name not in report.placed]

@@ -389,6 +389,7 @@ class ProgressReport:
     grid_lines: tuple[GridLine, ...] = ()
     valuation: ValuationInputs | None = None  # what persons wrote into the workbook, and what was certified before
     pictures: Literal["elements", "whole"] = "elements"  # what pictures that leave show sharp
+    csv: Literal["comma", "semicolon"] = "comma"  # with decimal points, or with decimal commas
     people_sought: bool | None = None  # by a network, in every photo; None: from before this was recorded
     people_outlined: int = 0  # outlines that a person gave, of all visits; what they hold is blurred in pictures
     markers: tuple[MarkerRecord, ...] = ()  # those that nobody surveyed, of this visit and the ones before

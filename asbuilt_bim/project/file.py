@@ -369,6 +369,7 @@ class ProjectFile:
     valuation: ValuationFile = field(default_factory=ValuationFile)
     tolerance: ToleranceFile | None = None
     pictures: Literal["elements", "whole"] = "elements"  # what pictures in reports show sharp
+    csv: Literal["comma", "semicolon"] = "comma"  # commas and decimal points, or semicolons and decimal commas
     people: str | None = None  # a table of outlines drawn in left photos, to blur
     accept_moved: tuple[str, ...] = ()  # GlobalIds of elements that may count where they stand, beside their design
     accept_survey_shift: SurveyShiftFile | None = None

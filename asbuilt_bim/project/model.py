@@ -115,6 +115,7 @@ class Project:
     history: tuple[Path, ...] = ()  # results of earlier runs
     tolerance: Tolerance | None = None
     pictures: Literal["elements", "whole"] = "elements"
+    csv: Literal["comma", "semicolon"] = "comma"
     people: Path | None = None  # a table of outlines, to blur
     accept_moved: tuple[str, ...] = ()  # GlobalIds
     writers: tuple[str, ...] = ()

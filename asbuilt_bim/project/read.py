@@ -105,6 +105,7 @@ def _resolve(path: Path, written: ProjectFile, checker: PathChecker, *, visited:
         networks=_networks(written.networks, written.options, checker),
         tolerance=_tolerance(written.tolerance),
         pictures=written.pictures,
+        csv=written.csv,
         people=checker.file(written.people, "people") if written.people else None,
         accept_moved=written.accept_moved,
         writers=tuple(dict.fromkeys(written.writers)),

@@ -232,9 +232,8 @@ def known_rig(rig: StereoRig, camera: RectifiedCamera) -> StereoRig:
 
 def _by_turn(rig: StereoRig, camera: RectifiedCamera) -> FloatArray:
     """Return how the rig's numbers change with the five of a correction (P, 5)."""
-    start, slopes = rig_numbers(rig), []
-    for step in STEP_RAD * np.eye(5):
-        slopes.append((rig_numbers(corrected_rig(rig, camera, step)) - start) / STEP_RAD)
+    start, steps = rig_numbers(rig), STEP_RAD * np.eye(5)
+    slopes = [(rig_numbers(corrected_rig(rig, camera, step)) - start) / STEP_RAD for step in steps]
     return np.stack(slopes, axis=1)
 
 

@@ -1,10 +1,10 @@
 """Tables to fill in, for costs, schedule and observations: every wall and column of a design in its row."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from asbuilt_bim.bim.model import BimElement, BimModel
-from asbuilt_bim.report.csv import number, safe_cell, table_text
+from asbuilt_bim.report.csv import CsvForm, number, safe_cell, table_text
 
 COSTS, SCHEDULE, OBSERVATIONS = "costs.csv", "schedule.csv", "observations.csv"
 
@@ -18,8 +18,8 @@ class _Row:
     storey: str
 
 
-def blank_tables(design: BimModel) -> dict[str, bytes]:
-    """Return by file name the three tables as CSV: UTF-8 with mark, comma, decimal point.
+def blank_tables(design: BimModel, form: CsvForm = "comma") -> dict[str, bytes]:
+    """Return by file name the three tables as CSV: UTF-8 with mark.
 
     Columns that begin with `info` are for the person alone; nothing reads them.
     """
@@ -27,11 +27,7 @@ def blank_tables(design: BimModel) -> dict[str, bytes]:
     order = {storey.global_id: index for index, storey in enumerate(design.storeys)}
     elements = sorted(design.elements, key=lambda e: (order.get(e.storey, len(order)), e.ifc_class, e.name))
     rows = [_Row(number=n, element=e, storey=names.get(e.storey, "")) for n, e in enumerate(elements, 1)]
-    return {name: _table(columns, rows) for name, columns in _TABLES.items()}
-
-
-def _table(columns: dict[str, Callable[[_Row], str]], rows: Sequence[_Row]) -> bytes:
-    return table_text(columns, rows).encode("utf-8-sig")
+    return {name: table_text(columns, rows, form).encode("utf-8-sig") for name, columns in _TABLES.items()}
 
 
 def _empty(row: _Row) -> str:

@@ -4,7 +4,7 @@ import csv
 import io
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.report.tables import ElementRow, element_rows
@@ -12,6 +12,8 @@ from asbuilt_bim.report.wording.values import plain, share_bounds
 from asbuilt_bim.storage.atomic_write import writing
 
 Row = TypeVar("Row")
+CsvForm = Literal["comma", "semicolon"]
+"""Commas and decimal points, or semicolons and decimal commas: what spreadsheets set to these open."""
 _RUNS_AS_FORMULA = (*"=+-@", *"＝＋－＠", "\t", "\r", "\n")
 """The wide signs, too: spreadsheets set to Japanese or Chinese take them for the narrow ones."""
 
@@ -28,16 +30,25 @@ def write_csv(report: ProgressReport, path: Path) -> None:
 
 def csv_text(report: ProgressReport) -> str:
     """Return the table as text with CRLF line ends (RFC 4180)."""
-    return table_text(COLUMNS, element_rows(report))
+    return table_text(COLUMNS, element_rows(report), report.csv)
 
 
-def table_text(columns: Mapping[str, Callable[[Row], str]], rows: Iterable[Row]) -> str:
+def table_text(columns: Mapping[str, Callable[[Row], str]], rows: Iterable[Row], form: CsvForm) -> str:
     """Return a table as text with CRLF line ends: what each column is called, and its cell of a row."""
+    between, point = (";", ",") if form == "semicolon" else (",", ".")
     out = io.StringIO(newline="")
-    writer = csv.writer(out, lineterminator="\r\n")
+    writer = csv.writer(out, delimiter=between, lineterminator="\r\n")
     writer.writerow(columns)
-    writer.writerows([cell(row) for cell in columns.values()] for row in rows)
+    for row in rows:
+        cells = [cell(row) for cell in columns.values()]
+        writer.writerow([one.replace(".", point) if isinstance(one, Number) else one for one in cells])
     return out.getvalue()
+
+
+class Number(str):
+    """A cell that is a number, with a decimal point: the one that a table's form may turn into a comma."""
+
+    __slots__ = ()
 
 
 def safe_cell(text: str) -> str:
@@ -46,9 +57,9 @@ def safe_cell(text: str) -> str:
     return f"'{cleaned}" if cleaned.lstrip(" \u00a0").startswith(_RUNS_AS_FORMULA) else cleaned
 
 
-def number(value: float | None, decimals: int = 4) -> str:
+def number(value: float | None, decimals: int = 4) -> Number:
     """Write a number with a point; None is empty."""
-    return "" if value is None else f"{value + 0.0:.{decimals}f}"
+    return Number("" if value is None else f"{value + 0.0:.{decimals}f}")
 
 
 COLUMNS: dict[str, Callable[[ElementRow], str]] = {
@@ -62,8 +73,8 @@ COLUMNS: dict[str, Callable[[ElementRow], str]] = {
     "AsBuiltArea_m2": lambda row: number(row.as_built_area_m2),
     "Sigma_m2": lambda row: number(row.sigma_m2),
     "CompletionBest": lambda row: number(row.best),
-    "CompletionLower": lambda row: share_bounds(row.lower, row.upper)[0],
-    "CompletionUpper": lambda row: share_bounds(row.lower, row.upper)[1],
+    "CompletionLower": lambda row: Number(share_bounds(row.lower, row.upper)[0]),
+    "CompletionUpper": lambda row: Number(share_bounds(row.lower, row.upper)[1]),
     "Coverage": lambda row: number(row.coverage),
     "Offset_mm": lambda row: number(row.offset_mm, 1),
     "OffsetSigma_mm": lambda row: number(row.offset_sigma_mm, 1),

@@ -19,9 +19,8 @@ def template_command(path: Path, out: Path | None, screen: Screen, *, replace: b
     """
     project = read_project(path, allow_outside=allow_outside)
     folder = out or project.folder
-    tables = {
-        folder / name: data for name, data in blank_tables(design_of(project, Cache(folder=default_folder()))).items()
-    }
+    design = design_of(project, Cache(folder=default_folder()))
+    tables = {folder / name: data for name, data in blank_tables(design, project.csv).items()}
     for file in tables:
         if file.exists() and not replace:
             raise OutputError(f"{file}: is there already; name another folder with --out, or pass --replace")

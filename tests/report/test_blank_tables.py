@@ -15,7 +15,7 @@ from asbuilt_bim.project.tables.observations import read_observations
 from asbuilt_bim.report.blank_tables import COSTS, OBSERVATIONS, SCHEDULE, blank_tables
 from asbuilt_bim.schedule.read import read_schedule
 from tests.ifc.models import ModelBuilder
-from tests.project_folder import write_project
+from tests.project_folder import plain, write_project
 
 
 def building(path: Path) -> Path:
@@ -70,5 +70,6 @@ def test_the_command_writes_three_tables_and_never_over_one_that_is_there(tmp_pa
     again = CliRunner().invoke(app, ["template", str(project), "--out", str(tmp_path / "to fill")])
     assert again.exit_code == 1 and "is there already" in again.output
     assert (tmp_path / "to fill" / COSTS).read_text(encoding="utf-8") == "mine"
+    write_project(tmp_path, plain() | {"csv": "semicolon"})
     replaced = CliRunner().invoke(app, ["template", str(project), "--out", str(tmp_path / "to fill"), "--replace"])
-    assert replaced.exit_code == 0 and (tmp_path / "to fill" / COSTS).read_bytes().startswith(b"\xef\xbb\xbf")
+    assert replaced.exit_code == 0 and (tmp_path / "to fill" / COSTS).read_bytes().startswith(b"\xef\xbb\xbfitem;text;")

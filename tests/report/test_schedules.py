@@ -296,6 +296,8 @@ def test_the_table_the_workbook_and_the_page_tell_them_apart_too(tmp_path: Path)
     assert [rows[n]["CompletionTold"] for n in ("zero", "part", "unknown")] == ["0.0000", "0.3550", ""]
     assert [rows[n]["Known"] for n in ("zero", "part", "unknown")] == ["measured 0", "part measured", "unknown"]
     assert f"'{HOSTILE_FORMULA}" in rows
+    write_tasks_csv(replace(report, csv="semicolon"), tmp_path / "t.csv")
+    assert ";0,0000;" in (tmp_path / "t.csv").read_text(encoding="utf-8-sig")
     write_workbook(report, tmp_path / "q.xlsx")
     sheet = openpyxl.load_workbook(tmp_path / "q.xlsx")["Tasks"]
     cells = {row[0]: (row[5], row[8], row[6]) for row in sheet.iter_rows(min_row=2, values_only=True)}

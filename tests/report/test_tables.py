@@ -53,6 +53,16 @@ def test_text_that_a_spreadsheet_would_run_gets_an_apostrophe(text):
     assert safe_cell(text).startswith("'")
 
 
+def test_a_csv_for_decimal_commas_holds_the_same_with_semicolons_and_leaves_texts_their_points():
+    report = replace(renamed(sample_report(), 0, name="Wall 1.5; =1+1"), csv="semicolon")
+    told = list(csv.DictReader(io.StringIO(csv_text(report)), delimiter=";"))
+    plain = list(csv.DictReader(io.StringIO(csv_text(replace(report, csv="comma")))))
+    texts = {"Storey", "GlobalId", "Class", "Name", "State", "Visit", "LastSeen", "Stations", "Notes"}
+    for row, was in zip(told, plain, strict=True):
+        assert row == {key: cell if key in texts else cell.replace(".", ",") for key, cell in was.items()}
+    assert "Wall 1.5; =1+1" in {row["Name"] for row in told} and told[0]["DesignArea_m2"].count(",") == 1
+
+
 def test_no_text_cell_of_the_csv_runs():
     numbers = {"Offset_mm", "OffsetSigma_mm"}
     for row in rows():

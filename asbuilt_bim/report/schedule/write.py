@@ -5,7 +5,7 @@ from datetime import date, datetime
 from pathlib import Path
 
 from asbuilt_bim.progress.report import ProgressReport
-from asbuilt_bim.report.csv import number, safe_cell, table_text
+from asbuilt_bim.report.csv import Number, number, safe_cell, table_text
 from asbuilt_bim.report.schedule.msp import write_msp
 from asbuilt_bim.report.schedule.p6 import write_p6
 from asbuilt_bim.report.task_rows import TaskRow, task_rows
@@ -35,7 +35,7 @@ def write_tasks_csv(report: ProgressReport, path: Path) -> None:
         OutputError: the file can't be written.
     """
     with writing(path):  # with the mark that makes Excel read UTF-8
-        path.write_bytes(table_text(COLUMNS, task_rows(report)).encode("utf-8-sig"))
+        path.write_bytes(table_text(COLUMNS, task_rows(report), report.csv).encode("utf-8-sig"))
 
 
 def _moment(when: date | datetime | None) -> str:
@@ -57,10 +57,10 @@ COLUMNS: dict[str, Callable[[TaskRow], str]] = {
     "SeenComplete": lambda row: _moment(row.seen_complete),
     "Known": lambda row: row.knowledge,
     "CompletionBest": lambda row: number(row.completion.best_shown),
-    "CompletionLower": lambda row: share_bounds(row.completion.lower, row.completion.upper)[0],
-    "CompletionUpper": lambda row: share_bounds(row.completion.lower, row.completion.upper)[1],
+    "CompletionLower": lambda row: Number(share_bounds(row.completion.lower, row.completion.upper)[0]),
+    "CompletionUpper": lambda row: Number(share_bounds(row.completion.lower, row.completion.upper)[1]),
     "Coverage": lambda row: number(row.completion.coverage),
-    "CompletionTold": lambda row: "" if row.certain is None else share_bounds(row.certain, row.certain)[0],
+    "CompletionTold": lambda row: "" if row.certain is None else Number(share_bounds(row.certain, row.certain)[0]),
     "PlannedShare": lambda row: number(row.planned),
     "Behind_days": lambda row: _days(row.behind_days),
     "BehindAtLeast_days": lambda row: _days(row.behind_least_days),

@@ -124,6 +124,7 @@ TERMS = {
     "x2_m": "The other end, world x.",
     "y2_m": "The same, world y.",
     "ProgressReport.pictures": "What pictures that leave show sharp: elements and what was measured, or whole photos.",
+    "ProgressReport.csv": "How CSV files are written: comma, with decimal points, or semicolon, with decimal commas.",
     "people_outlined": "How many outlines of people a person gave; what they hold is blurred in pictures.",
     "before_px": "Rings round what is seen nearer than its faces: blurred in pictures, for a person may stand there.",
     "people_sought": "Whether a network looks for people, to blur them; null where that isn't known.",
