@@ -1,6 +1,7 @@
 """A visit's stations, measured: read, found in the cache or worked on, and gathered in the file's order."""
 
 import math
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import date
@@ -26,14 +27,14 @@ from asbuilt_bim.measure.station import (
 from asbuilt_bim.progress.report import RigRecord
 from asbuilt_bim.project.check import a_day_off, of_its_day, of_other_day, of_other_days, other_days
 from asbuilt_bim.project.model import Project, Station, Visit
-from asbuilt_bim.project.networks import NONE, NetworkChoice, identities, identity_with, load_models
+from asbuilt_bim.project.networks import NONE, NetworkChoice, identities, identity_with, load_models, names_plugin
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.rig_lengths import KnownLengths
-from asbuilt_bim.scale.apart import Limits
+from asbuilt_bim.scale.apart import Ended, Limits, run_apart
 from asbuilt_bim.scale.cache import Cache, digest_of
 from asbuilt_bim.scale.cluster import Scheduler
 from asbuilt_bim.scale.codec import plain_digest
-from asbuilt_bim.scale.executor import WorkerLoss, one_thread, run_jobs
+from asbuilt_bim.scale.executor import Timed, WorkerLoss, one_thread, processors, run_jobs
 from asbuilt_bim.scale.fingerprint import library_versions, measuring_code_digest
 
 PICTURE_WIDTH_PX = 1280
@@ -110,6 +111,16 @@ def measure_job(job: StationJob) -> Outcome:
         return _rejected(Reason.STATION_MEMORY, name)
     except Exception as problem:
         return _rejected(Reason.STATION_CRASHED, name, f"{type(problem).__name__}: {problem}")
+
+
+def measure_apart(job: StationJob) -> Outcome | WorkerLoss:
+    """Measure one station in a process of its own, which is ended where a plugin in it never answers."""
+    limits, begun = _STATION.raised(), time.monotonic()
+    found = run_apart(Timed(work=measure_job, limit_s=limits.seconds), job, limits=limits)
+    if not isinstance(found, Ended):
+        return found
+    late = found.why == "time" or time.monotonic() - begun >= limits.seconds
+    return WorkerLoss(limit_s=limits.seconds if late else None)
 
 
 def measure_visit(
@@ -211,8 +222,10 @@ def _measured(
     progress(step, 0, len(stations))
     at_most = _STATION.raised().seconds
     alike = partial(identity_with, project.networks)
+    alone = place.scheduler is None and (place.workers or processors()) == 1  # without processes that can be ended
+    work = measure_apart if alone and names_plugin(project.networks) else measure_job
     for done in run_jobs(
-        measure_job, jobs(), workers=place.workers, scheduler=place.scheduler, limit_s=at_most, identity=alike
+        work, jobs(), workers=place.workers, scheduler=place.scheduler, limit_s=at_most, identity=alike
     ):
         name = done.job.photos.name
         if isinstance(done.result, WorkerLoss):

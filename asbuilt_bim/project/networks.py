@@ -106,6 +106,11 @@ def people_sought(choice: NetworkChoice) -> bool:
     return any(one.blur for one in read_card(_card(choice.segment, "segment")).classes)
 
 
+def names_plugin(choice: NetworkChoice) -> bool:
+    """Say whether a plugin is chosen: code of others, which may never come to an end."""
+    return any(chosen.startswith(PREFIX) for _, chosen in _chosen(choice))
+
+
 def try_networks(choice: NetworkChoice) -> None:
     """See that each network that is chosen comes to an end, before any is opened in this process.
 

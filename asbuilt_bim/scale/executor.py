@@ -77,7 +77,7 @@ def run_jobs(
         for job in jobs:
             yield Done(job=job, result=work(job))
         return
-    timed = work if limit_s is None else _Timed(work=work, limit_s=limit_s)
+    timed = work if limit_s is None else Timed(work=work, limit_s=limit_s)
     yield from _pooled(timed, iter(jobs), workers, limit_s)
 
 
@@ -101,13 +101,14 @@ def _pooled(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Timed(Generic[Job, Result]):
+class Timed(Generic[Job, Result]):
     """Work whose process ends where one job takes too long: a clock outside the interpreter, which may hang, too."""
 
     work: Callable[[Job], Result]
     limit_s: float
 
     def __call__(self, job: Job) -> Result:
+        """Do the job, or end this process."""
         with Path(os.devnull).open("w") as nowhere:
             faulthandler.dump_traceback_later(self.limit_s, exit=True, file=nowhere)
             try:

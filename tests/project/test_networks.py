@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,14 +17,20 @@ from asbuilt_bim.flow.measure_visit import StationJob, Workplace, measure_job
 from asbuilt_bim.measure.station import StationMeasurement, measure_station
 from asbuilt_bim.project.networks import NetworkChoice, identities, load_models
 from asbuilt_bim.project.read import read_project
+from asbuilt_bim.scale.apart import Limits
 from asbuilt_bim.scale.cluster import SameCode
+from asbuilt_bim.scale.executor import WorkerLoss
 from asbuilt_bim.vision.masks.segment import InstanceSource
 from asbuilt_bim.vision.networks import bundled
+from tests.example_package import example_package
 from tests.measure.box_world import site
 from tests.measure.test_faces import rig_of
 from tests.measure.test_station import FREE, photos
 from tests.project_folder import plain, write_project
 from tests.vision.networks import graphs
+
+__all__ = ["example_package"]
+PLUGIN = NetworkChoice(segment="plugin:example-halves")
 
 
 def wall_everywhere() -> Any:
@@ -135,6 +142,32 @@ def test_a_cluster_measures_only_with_the_network_of_the_machine_that_sent_the_w
     path.unlink()
     with pytest.raises(OutputError, match=r"a Dask worker lacks what this machine has: network card .*card\.yaml"):
         work(-3)
+
+
+def test_a_plugin_that_never_answers_costs_its_station_alone_with_one_worker_too(
+    example_package: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    endless = "import time\n\n\nclass Halves:\n    def segment(self, pair, depth):\n        time.sleep(3600.0)\n"
+    (example_package / "asbuilt_bim_example/segmenter.py").write_text(endless, encoding="utf-8")
+    monkeypatch.setattr(measure_visit, "_STATION", Limits(seconds=15.0, memory_bytes=math.inf))
+    job = StationJob(photos=photos(), rig=rig_of(site()[1]), options=FREE, networks=PLUGIN)
+    assert measure_visit.measure_apart(job) == WorkerLoss(limit_s=15.0)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_stations_with_a_plugin_are_measured_where_they_can_be_ended(
+    example_package: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, workers: int
+) -> None:
+    sent: list[Any] = []
+    monkeypatch.setattr(measure_visit, "run_jobs", lambda work, *_, **__: sent.append(work) or iter(()))
+    project = read_project(write_project(tmp_path, plain()))
+    for chosen in (project, replace(project, networks=PLUGIN)):
+        place = Workplace(workers=workers)
+        measure_visit.measure_stations([], "measure", chosen, rig_of(site()[1]), place, lambda *_: None)
+    assert sent == [measure_job, measure_visit.measure_apart if workers == 1 else measure_job]
+    job = StationJob(photos=photos(), rig=rig_of(site()[1]), options=FREE, networks=PLUGIN)
+    found = sent[1](job)
+    assert isinstance(found, StationMeasurement), "it is measured there as well"
 
 
 def test_a_station_measured_with_a_network_says_who_found_its_faces(tmp_path: Path) -> None:
