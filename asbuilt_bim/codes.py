@@ -326,6 +326,7 @@ class Reason(StrEnum):
     # On visits and revisions of the design.
     PHOTOS_IN_PROJECT = "photos in the project already"
     VISITS_GONE = "visits gone"  # that the earlier run in the folder counted
+    OTHER_PROGRAM = "made by another program"  # the earlier run in the folder, or the last one under history
     CERTIFIED_PHOTOS_CHANGED = "photos changed since they were certified"
     BUILT_EARLY = "built before its tasks begin"  # several elements: of another storey, or day?
     PHOTOS_OF_SEVERAL_DAYS = "photos of several days"  # they disagree about several elements

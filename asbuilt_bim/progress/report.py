@@ -340,6 +340,7 @@ class Provenance:
     options_digest: str
     networks: dict[str, str]  # name -> digest
     libraries: dict[str, str]  # name -> version
+    program_digest: str = ""  # of its code and its networks; "" in results from before this was recorded
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -15,6 +15,10 @@ READING = (
     "ifc/geometry", "ifc/read", "ifc/identity.py", "ifc/names.py", "ifc/native_path.py", "ifc/units.py",
 )  # fmt: skip
 """The code that decides what a design is, and how it is kept."""
+KINDS = (".py", ".json", ".onnx", ".yaml")
+"""Code, fitted numbers, networks and their cards."""
+PACKED = {"schemas"}
+"""What lies in the package of a wheel, and beside it in a clone: both are one program."""
 
 
 @functools.cache
@@ -46,14 +50,18 @@ def reading_code_digest() -> str:
     return code_digest(Path(__file__).parent.parent, READING)
 
 
+@functools.cache
+def program_digest(package: Path = Path(__file__).parent.parent) -> str:
+    """Return a digest of a whole package, so that a result says that it differs from another program's for that."""
+    return code_digest(package, tuple(sorted({part.name for part in package.iterdir()} - PACKED)))
+
+
 def code_digest(package: Path, parts: tuple[str, ...] = MEASURING) -> str:
-    """Return a digest of parts of the code in a package's folder: names, text, fitted numbers, its networks' sizes."""
+    """Return a digest of parts of the code in a package's folder: names and bytes of code, fitted numbers, networks."""
     digest = hashlib.sha256(__version__.encode())
     for name in parts:
         there = [package / name] if name.endswith(".py") else (package / name).rglob("*")
-        for path in sorted(path for path in there if path.suffix in (".py", ".json")):
+        for path in sorted(path for path in there if path.suffix in KINDS):
             digest.update(path.relative_to(package).as_posix().encode())
             digest.update(path.read_bytes())
-    for model in sorted((package / "models").glob("*.onnx")):
-        digest.update(f"{model.name} {model.stat().st_size}".encode())
     return digest.hexdigest()

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from asbuilt_bim.scale.fingerprint import MEASURING, READING, code_digest
+from asbuilt_bim.scale.fingerprint import MEASURING, READING, code_digest, program_digest
 from tests.test_imports import PACKAGE, import_graph
 
 
@@ -54,3 +54,17 @@ def test_a_file_moved_changed_or_gone_makes_every_kept_measurement_another_ones(
     assert code_digest(package) == before
     change(package)
     assert code_digest(package) != before
+
+
+def test_a_program_is_another_one_by_any_of_its_code_or_networks_and_the_same_in_a_wheel(tmp_path: Path) -> None:
+    package = tmp_path / "asbuilt_bim"
+    for name in ("cli.py", "report/page/write.py", "progress/states/pour.json", "models/depth.onnx"):
+        (package / name).parent.mkdir(parents=True, exist_ok=True)
+        (package / name).write_text("0", encoding="utf-8")
+        found = program_digest.__wrapped__(package)
+        (package / name).write_text("1", encoding="utf-8")
+        assert program_digest.__wrapped__(package) != found, name
+    found = program_digest.__wrapped__(package)
+    (package / "schemas").mkdir()
+    (package / "schemas" / "result-1.json").write_text("{}", encoding="utf-8")
+    assert program_digest.__wrapped__(package) == found

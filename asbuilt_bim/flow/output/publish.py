@@ -35,7 +35,7 @@ from asbuilt_bim.report.workbook.read import LastWorkbook
 from asbuilt_bim.report.writers import run_writers, writers_of
 from asbuilt_bim.scale.cache import digest_of
 from asbuilt_bim.scale.codec import plain_digest
-from asbuilt_bim.scale.fingerprint import library_versions
+from asbuilt_bim.scale.fingerprint import library_versions, program_digest
 from asbuilt_bim.storage.plugins import Plugin
 from asbuilt_bim.version import __version__
 
@@ -162,7 +162,7 @@ def with_what_is_known(
     Raises:
         CostError: what was certified before is of another currency than the costs now.
     """
-    compared = with_visits_gone(with_revision(result, before), before)
+    compared = with_other_program(with_visits_gone(with_revision(result, before), before), before)
     return with_days_to_come(with_persons(compared, project, before, last), today)
 
 
@@ -201,6 +201,19 @@ def with_visits_gone(result: RunResult, before: ProgressReport | None) -> RunRes
     return replace(result, reports=reports) if gone else result
 
 
+def with_other_program(result: RunResult, before: ProgressReport | None) -> RunResult:
+    """Return a run's result with a note where another program made the earlier run, or else the last under history."""
+    earlier = before if before is not None else next(reversed(result.past), None)
+    made_from = earlier.provenance if earlier is not None else None
+    if made_from is None or made_from.program_digest == program_digest():
+        return result
+    last = result.reports[-1]
+    subject = about(SubjectKind.VISIT, last.visit_date.isoformat())
+    program = ", ".join(filter(None, (made_from.program_version, made_from.program_digest[:8])))
+    note = noted(Reason.OTHER_PROGRAM, subject, program=program)
+    return replace(result, reports=(*result.reports[:-1], replace(last, notes=(note, *last.notes))))
+
+
 def with_persons(
     result: RunResult, project: Project, before: ProgressReport | None, last: LastWorkbook | None
 ) -> RunResult:
@@ -233,6 +246,7 @@ def provenance(result: RunResult, project: Project, when: datetime) -> Provenanc
         options_digest=digest_of([repr(options)]),
         networks=identities(project.networks),
         libraries=library_versions(),
+        program_digest=program_digest(),
     )
 
 

@@ -18,6 +18,7 @@ from asbuilt_bim.progress.report import (
 from asbuilt_bim.progress.revision import assignment_changes, design_changes, element_label
 from asbuilt_bim.report.tables import station_rows, storey_names
 from asbuilt_bim.report.wording.completion import AT_LEAST, BEST, SEEN, best_words, seen_words
+from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.of_workbook.valuation_notes import kept_words
 from asbuilt_bim.report.wording.values import area, number, percent_certain, plain, rate, share_of_money, unit_sign
 
@@ -44,18 +45,21 @@ def changes(before: ProgressReport, after: ProgressReport) -> tuple[str, ...]:
 def write_changes(before: ProgressReport, after: ProgressReport, path: Path) -> None:
     """Write all that changed from an earlier run's result to a later one's, one line a change; no name breaks a line.
 
+    Before that stands that another program made the earlier one.
+
     Raises:
         OSError: it can't be written.
     """
     made = before.provenance.created if before.provenance else "a time unknown"
     head = f"Against the earlier run in this folder, of {made}, visit of {before.visit_date.isoformat()}:"
-    lines = changes(before, after) or ("Nothing has changed.",)
+    others = [f"{note_words(note)}." for note in after.notes if note.code is Reason.OTHER_PROGRAM]
+    lines = (*others, *(changes(before, after) or ("Nothing has changed.",)))
     text = "".join(f"{plain(line)}\n" for line in (head, *(" ".join(line.split()) for line in lines)))
     path.write_bytes(text.encode("utf-8", "backslashreplace"))
 
 
 def _visits(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
-    """Say that it is another visit, or that the same files were computed by another version."""
+    """Say that it is another visit, or rests on other files."""
     if before.visit_date != after.visit_date:
         yield f"visit: {before.visit_date.isoformat()} -> {after.visit_date.isoformat()}"
     were, are = ({*one.earlier_visits, one.visit_date} for one in (before, after))
@@ -74,8 +78,6 @@ def _visits(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
         "scope or options": (old.options_digest, new.options_digest),
     }
     yield from (f"{name}: another than before" for name, (a, b) in inputs.items() if a != b)
-    if old.program_version != new.program_version:
-        yield f"program: {old.program_version} -> {new.program_version}"
 
 
 def _schedule(before: ProgressReport, after: ProgressReport) -> Iterator[str]:

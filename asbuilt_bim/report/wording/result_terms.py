@@ -314,6 +314,7 @@ TERMS = {
     "limit": "The limit that it failed.",
     "remedy": "What to do about it.",
     "program_version": "Version of the program.",
+    "program_digest": "SHA-256 of the program's code and networks, empty in results from before this was recorded.",
     "created": "Date and time, UTC.",
     "ifc_name": "Name of the IFC file; of several, commas stand between.",
     "ifc_digest": "SHA-256 of the IFC file, or of all of them.",

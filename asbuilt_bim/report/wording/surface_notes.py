@@ -128,6 +128,8 @@ SURFACE_NOTES: Mapping[Reason, Template] = {
     Reason.CERTIFIED_PHOTOS_CHANGED: _photos_changed,
     Reason.VISITS_GONE: "The last run counted what was seen on {visits:list}, and this one doesn't: the project file "
     "lacks it. Put it back, or name that visit's result under history",
+    Reason.OTHER_PROGRAM: "The last run was made by another version of the program ({program}): what changed may come "
+    "from that alone",
     Reason.BUILT_EARLY: "{count:# element is|# elements are} built though the schedule begins them after this visit "
     "({elements:quoted}{more}; from {begin} on). If the site isn't ahead of its schedule, the stations stand on "
     "another storey than survey or near say, or the visit's date is wrong",

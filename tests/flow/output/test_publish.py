@@ -14,13 +14,22 @@ import pytest
 
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.errors import OutputError
+from asbuilt_bim.flow.output import publish
 from asbuilt_bim.flow.output.folder import open_output
-from asbuilt_bim.flow.output.publish import publish_again, publish_run, with_visits_gone
+from asbuilt_bim.flow.output.places import CHANGES
+from asbuilt_bim.flow.output.publish import (
+    previous_result,
+    publish_again,
+    publish_run,
+    with_other_program,
+    with_visits_gone,
+)
 from asbuilt_bim.flow.pipeline import RunResult
 from asbuilt_bim.ifc.read.design import read_design
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.read import read_project
+from asbuilt_bim.version import __version__
 from tests.camera.rig_formats.test_rig_file import full_rig
 from tests.ifc.models import ModelBuilder
 from tests.ifc.reports import report_on
@@ -105,3 +114,32 @@ def test_a_visit_that_the_last_run_counted_and_this_one_lacks_is_told_and_one_th
     kept = replace(alone, earlier_visits=(EARLIER,))
     assert with_visits_gone(replace(result, reports=(kept,)), later).reports == (kept,)
     assert with_visits_gone(replace(result, reports=(alone,)), None).reports == (alone,)
+
+
+def test_a_run_after_one_by_another_program_says_so_in_its_changes_and_on_its_page_and_one_by_the_same_does_not(
+    project: Project, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    result = _result(project)
+    with open_output(tmp_path / "out", project.sources) as out:
+        publish_run(out, result, project, NOON)
+        before = previous_result(out)
+        assert before is not None and before.provenance is not None
+        assert with_other_program(result, before) is result
+        digest = before.provenance.program_digest
+        monkeypatch.setattr(publish, "program_digest", lambda: "0" * 64)
+        folder = publish_run(out, with_other_program(result, before), project, NOON).folder
+    said = f"The last run was made by another version of the program ({__version__}, {digest[:8]}): what changed may "
+    for name in (CHANGES, "report.html"):
+        assert said in (folder / name).read_text(encoding="utf-8")
+
+
+def test_a_result_of_before_programs_were_told_apart_is_another_programs_also_under_history(project: Project) -> None:
+    result = _result(project)
+    (carried,) = result.past
+    old = replace(carried, provenance=publish.provenance(result, project, NOON))
+    assert old.provenance is not None
+    old = replace(old, provenance=replace(old.provenance, program_version="0.3.0", program_digest=""))
+    for one, before in ((result, old), (replace(result, past=(old,)), None)):
+        (note, *_) = with_other_program(one, before).reports[-1].notes
+        assert note.code is Reason.OTHER_PROGRAM and note.values["program"] == "0.3.0"
+    assert with_other_program(replace(result, past=()), None).reports == result.reports

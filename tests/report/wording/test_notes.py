@@ -63,6 +63,7 @@ SAMPLES: Values = {
     **dict.fromkeys(("sigma_m", "direction_sigma_rad", "second_away_m", "second_turned_rad", "second_chance"), 0.004),
     "second_storey": "Mauer",
     "lengths": 12,
+    "program": "0.1.0, abc12345",
     **dict.fromkeys(("yaw_rad", "yaw_sigma_rad"), 0.0006),
     **dict.fromkeys(("scale", "scale_sigma", "area_sigma_before", "area_sigma"), 0.004),
 }
