@@ -45,10 +45,8 @@ def median(values: NDArray[Any]) -> float:
     if count == 0:
         return float("nan")
     middle = count // 2
-    if count % 2:
-        return float(np.partition(values, middle)[middle])
-    ordered = np.partition(values, (middle - 1, middle))
-    return float(0.5 * (ordered[middle - 1] + ordered[middle]))
+    ordered = np.partition(values, middle)  # of two places it takes several times as long
+    return float(ordered[middle] if count % 2 else 0.5 * (ordered[:middle].max() + ordered[middle]))
 
 
 def weighted_median(values: FloatArray, weights: FloatArray) -> float:

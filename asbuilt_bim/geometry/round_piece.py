@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.geometry.arrays import FloatArray, median
 from asbuilt_bim.geometry.polyline import fit_circle, fit_line
 from asbuilt_bim.geometry.robust_least_squares import robust_sigma, tukey
 
@@ -109,9 +109,9 @@ def _circle(
         scale = max(1.0, robust_sigma(residual / smeared))
         weight = np.square(d**2 / smeared) * tukey(residual / (scale * smeared))
         weight = weight / weight.max()
-    if not LEAST_RADIUS_M < radius < MOST_RADIUS_M or centre_z < float(np.median(depth)):
+    if not LEAST_RADIUS_M < radius < MOST_RADIUS_M or centre_z < median(depth):
         return None
-    width = (float(x[-1]) - float(x[0])) * float(np.median(depth)) / f_px
+    width = (float(x[-1]) - float(x[0])) * median(depth) / f_px
     if width < 1.1 * radius:  # under a third of the half circle doesn't fix a radius
         return None
     cost = float(np.sum(np.minimum(np.square(residual / smeared), 9.0)))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.geometry import polygon
-from asbuilt_bim.geometry.arrays import unique_rows
+from asbuilt_bim.geometry.arrays import median, unique_rows
 from asbuilt_bim.geometry.transform import cross
 
 
@@ -24,6 +24,13 @@ def test_distinct_rows_are_numpys_in_its_order() -> None:
     assert np.array_equal(rows[ours], found)
     assert np.array_equal(ours, first)
     assert np.array_equal(ours_which, which.reshape(-1))
+
+
+@pytest.mark.parametrize("kind", [np.float64, np.float32, np.int64])
+def test_the_median_is_numpys_to_the_last_digit(kind: type) -> None:
+    values = (np.random.default_rng(5).normal(size=1001) * 100.0).astype(kind)
+    for count in (1, 2, 3, 10, 11, 1000, 1001):
+        assert median(values[:count]) == float(np.median(values[:count]))
 
 
 def _grid(count: int) -> np.ndarray:

@@ -14,7 +14,7 @@ from asbuilt_bim.camera.photo.sharpness import Sharpness, sharpness_of, smeared_
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.codes import Reason, Subject, SubjectKind, about
 from asbuilt_bim.errors import Rejection, rejected
-from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array
+from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, median
 
 WHITE, BLACK = 250, 3
 """A pixel this bright or dark is at the end of the sensor: JPEG moves it by so much."""
@@ -113,7 +113,7 @@ def photo_quality(photo: ByteImage, valid: BoolArray, file: bytes = b"") -> Phot
     return PhotoQuality(
         white_share=float(bleached.sum() / area),
         black_share=float(black.sum() / area),
-        stops=float(np.log2(max(float(np.median(bright)), 1e-5) / MID_GREY)),
+        stops=float(np.log2(max(median(bright), 1e-5) / MID_GREY)),
         veil=float(np.quantile(bright, 0.02) / max(float(np.quantile(bright, 0.95)), 1e-5)),
         tint_stops=_tint(light),
         noise_grey=noise,

@@ -33,7 +33,7 @@ def face_cost(
     `chroma`: of the left picture, see `chroma_of`. `ended`: beyond the left frame.
     """
     smooth = cv2.blur(np.abs(difference), (3, 3))
-    usual = float(np.median(smooth[own])) + 0.5 if own.any() else 2.0
+    usual = median(smooth[own]) + 0.5 if own.any() else 2.0
     mismatch = np.where(paired, smooth / usual, 2.0)
     strange = _strangeness(chroma, own)
     cost = np.where(paired, np.clip(OPEN + 0.08 * (mismatch - 2.0), 0.5 * OPEN, 0.2), OPEN).astype(np.float32)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, median
 from asbuilt_bim.geometry.disparity_plane import fit_q
 from asbuilt_bim.geometry.masks import Box, box_of, nonzero
 from asbuilt_bim.measure.outline.edges import Gradients, pixel_plane
@@ -299,4 +299,4 @@ def _texture(slopes: Gradients, mask: BoolArray) -> float:
     """Return the gradient that an edge must stand out of: twice the usual one on the face."""
     at = nonzero(mask)
     x, y = slopes.left_x[at], slopes.left_y[at]
-    return float(np.clip(2.0 * np.median(np.hypot(x, y)), 1.0, 12.0)) if x.size else 1.5
+    return float(np.clip(2.0 * median(np.hypot(x, y)), 1.0, 12.0)) if x.size else 1.5

@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from asbuilt_bim.geometry.arrays import ByteImage, Float32Array, FloatArray
+from asbuilt_bim.geometry.arrays import ByteImage, Float32Array, FloatArray, median
 from asbuilt_bim.geometry.robust_least_squares import cauchy, reweighted_linear
 from asbuilt_bim.vision.edges import edge_channels, find_edges
 
@@ -67,7 +67,7 @@ def _side(
     share = np.linspace(0.08, 0.92, count)
     points = start + share[:, None] * (end - start)
     edges = find_edges(light, points, np.broadcast_to(outward, points.shape).copy(), reach)
-    good = np.isfinite(edges.points[:, 0]) & (edges.contrast > 0.3 * np.median(edges.contrast))
+    good = np.isfinite(edges.points[:, 0]) & (edges.contrast > 0.3 * median(edges.contrast))
     seen, at = edges.points[good], share[good] - 0.5
     if len(seen) < max(_FEWEST_POINTS, 0.5 * count):
         return None

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
-from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, IntArray, freeze
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, IntArray, freeze, median
 from asbuilt_bim.geometry.masks import box_of
 from asbuilt_bim.vision.scene.read import NOTHING, OFF_PX, Scene
 from asbuilt_bim.vision.stereo.matching import grey
@@ -114,7 +114,7 @@ def _looks(scene: Scene, pair: RectifiedPair, upright: BoolArray) -> _Looks:
     difference = np.where(scene.level.measured, np.abs(left - there), np.float32(np.nan)).astype(np.float32)
     slope = np.asarray(cv2.Sobel(left, cv2.CV_32F, 1, 0, ksize=3, scale=0.125), dtype=np.float32)
     known = difference[upright & scene.level.measured]
-    return _Looks(slope=slope, difference=difference, usual=float(np.median(known)) if known.size else 0.0)
+    return _Looks(slope=slope, difference=difference, usual=median(known) if known.size else 0.0)
 
 
 def _votes(scene: Scene, number: int, looks: _Looks, marks: BoolArray) -> _Votes | None:
@@ -123,7 +123,7 @@ def _votes(scene: Scene, number: int, looks: _Looks, marks: BoolArray) -> _Votes
     window = box_of(own)
     own, level = own[window], scene.level
     d = scene.pieces[number].at(level.x_px[window])
-    middle = float(np.median(d[own & np.isfinite(d)])) if np.any(own & np.isfinite(d)) else 0.0
+    middle = median(d[own & np.isfinite(d)]) if np.any(own & np.isfinite(d)) else 0.0
     if not middle * MOST_DISTANCE_M > level.view.f_px * level.baseline_m:
         return None
     px_per_m = middle / level.baseline_m

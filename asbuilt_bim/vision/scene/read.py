@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asbuilt_bim.camera.rectify import RectifiedPair
-from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, freeze
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, freeze, median
 from asbuilt_bim.geometry.grow import GrowOptions, Piece, grow_pieces, upright_pixels
 from asbuilt_bim.geometry.level import Floor, LevelledMap, grow_floors, level_view, levelled_map, pixel_rays
 from asbuilt_bim.geometry.masks import box_of, nonzero
@@ -264,6 +264,6 @@ def _miss(
     pad = (-len(seen)) % width
     at = np.pad((columns - disparity).astype(np.float32), (0, pad)).reshape(-1, width)
     there = sample(right, at, np.pad(rows.astype(np.float32), (0, pad)).reshape(-1, width)).ravel()[: len(seen)]
-    apart = np.square(seen - there - np.median(seen - there))
+    apart = np.square(seen - there - median(seen - there))
     limited: FloatArray = np.minimum(apart, np.quantile(apart, 0.9))
     return limited

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from asbuilt_bim.camera.photo.quality import white
 from asbuilt_bim.camera.rectify import RectifiedPair
-from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, FloatArray, freeze
+from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, FloatArray, freeze, median
 from asbuilt_bim.geometry.robust_least_squares import robust_sigma
 from asbuilt_bim.vision.masks.segment import Instance
 from asbuilt_bim.vision.stereo.depth import DepthMap
@@ -68,7 +68,7 @@ def find_sky(pair: RectifiedPair, depth: DepthMap) -> BoolArray:
     if not valid.any():
         return np.zeros_like(valid)
     light = float(np.quantile(picture[valid], LIGHT))
-    usual_px = float(np.median(depth.sigma_px[depth.valid])) if depth.valid.any() else 0.0
+    usual_px = median(depth.sigma_px[depth.valid]) if depth.valid.any() else 0.0
     far_px = max(depth.f_px * depth.baseline_m / FAR_M, FAR_SIGMAS * usual_px)
     near = depth.valid & (depth.disparity_px > far_px)
     even = valid & (spread < MOST_TEXTURE_GREY)

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from asbuilt_bim.camera.rectify import RectifiedPair
-from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, freeze
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, freeze, median
 from asbuilt_bim.geometry.robust_least_squares import MEDIAN_TO_SIGMA
 from asbuilt_bim.vision.stereo.depth import DepthMap
 from asbuilt_bim.vision.stereo.even_places import jumps_without_edge
@@ -248,7 +248,7 @@ def _refine(
         step = (top / noise + (start - disparity) * prior) / (steepness / noise + prior)
         disparity += np.clip(step, -0.5, 0.5)
         # what the sensor's noise alone adds to the gradient is no evidence: half the residual's variance, per pixel
-        grain = float(np.median(residual[measured])) if measured.any() else 1.0
+        grain = median(residual[measured]) if measured.any() else 1.0
         textured = np.maximum(steepness - np.float32(0.25 * (grain + 1.0)) * count, np.float32(0.0))
         evidence = np.asarray(textured / noise, dtype=np.float32)
     low, high = np.maximum(start - MOST_MOVED_PX, 0.05), start + MOST_MOVED_PX

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from asbuilt_bim.geometry.arrays import BoolArray, Float32Array
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, median
 from asbuilt_bim.vision.stereo.rig_fit import LENS_CELLS
 from asbuilt_bim.vision.stereo.warp import right_at
 
@@ -29,8 +29,9 @@ def _of_cell(difference: Float32Array, left: Float32Array, right: Float32Array, 
     """Solve for one shift down the photo; both slopes' product counts structure, and grain doesn't pass for it."""
     if np.mean(measured) < LEAST_KNOWN:
         return float("nan")
-    off = difference[measured] - np.median(difference[measured])
-    alike = np.abs(off) < 3.0 * np.median(np.abs(off)) + 1.0
+    off = difference[measured]
+    off -= median(off)
+    alike = np.abs(off) < 3.0 * median(np.abs(off)) + 1.0
     one, other = left[measured][alike].astype(np.float64), right[measured][alike].astype(np.float64)
     steepness = float(one @ other)
     return float(one @ off[alike]) / steepness if steepness > LEAST_STEEPNESS_GREY2 else float("nan")

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, FloatArray
+from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, FloatArray, median
 from asbuilt_bim.vision.edges import DISPLAY_GAMMA, edge_channels, find_edges
 from asbuilt_bim.vision.target.disc_patch import MARGIN, Inside, Patch, cut_patch, filled_share, inside_of
 from asbuilt_bim.vision.target.disc_sides import Sides, outline_of, sides_of
@@ -229,12 +229,12 @@ def _judged(
     further = sides.differ & ~is_on & (ellipse.distance_px(whole) > 0.0)
     bare = patch.red[inside.value < MARGIN]
     bare = bare[bare > _COVERED * inside.typical]
-    red = float(np.median(bare))
+    red = median(bare)
     return RedDisc(
         ellipse=ellipse, edge=edge, sigma_px=sigma, rms_px=rms, support=support,
         astray=float(np.mean(sides.differ & ~is_on & ~further)), overrun=float(np.mean(beyond)),
         further=float(np.mean(further)),
-        redness=red, uneven=float(np.median(np.abs(bare - red))) / max(red, 1e-6), patch=patch,
+        redness=red, uneven=median(np.abs(bare - red)) / max(red, 1e-6), patch=patch,
     )  # fmt: skip
 
 

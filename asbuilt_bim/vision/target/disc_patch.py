@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asbuilt_bim.geometry.arrays import ByteImage, Float32Array, FloatArray
+from asbuilt_bim.geometry.arrays import ByteImage, Float32Array, FloatArray, median
 from asbuilt_bim.vision.target.edge_model import colour_planes
 from asbuilt_bim.vision.target.ellipse import Ellipse
 
@@ -55,11 +55,11 @@ def inside_of(patch: Patch, ellipse: Ellipse) -> Inside:
     """
     value = conic_value(patch.red.shape, patch.corner, ellipse)
     inside = patch.red[value < MARGIN]
-    typical = float(np.median(inside)) if inside.size else 0.0
+    typical = median(inside) if inside.size else 0.0
     deep = patch.red[value < _DEEP]
     paler = deep[deep < _PALER * typical]
     is_covered = paler.size > _LEAST_COVERED * deep.size
-    cover = float(np.median(paler)) / typical if is_covered else 0.0
+    cover = median(paler) / typical if is_covered else 0.0
     return Inside(value=value, typical=typical, least=NOTHING_RED * (1.0 + cover))
 
 

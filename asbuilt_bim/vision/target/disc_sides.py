@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray
+from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, median
 from asbuilt_bim.vision.target.disc_patch import NOTHING_RED, Patch
 from asbuilt_bim.vision.target.edge_model import COLOUR_BLUR_PX
 from asbuilt_bim.vision.target.ellipse import Ellipse
@@ -54,7 +54,7 @@ def sides_of(
     just_inside = _at(patch.red, points - patch.corner - near * outward)
     just_outside = _at(patch.red, points - patch.corner + _LOOKED_AT * reach * outward)
     well_inside = _at(patch.red, points - patch.corner - max(near, _FULLY_CLEAR * mixed_px) * outward)
-    is_red, deeper = (some > least * float(np.median(some)) for some in (just_inside, well_inside))
+    is_red, deeper = (some > least * median(some) for some in (just_inside, well_inside))
     if least > NOTHING_RED:
         # a disc that is dimmed by what is behind looks like a reddish cover; a print's rim is redder than the print
         is_red &= deeper | (just_inside > _REDDER * well_inside)
