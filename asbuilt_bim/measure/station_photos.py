@@ -110,7 +110,7 @@ def _one_photo_twice(station: Subject, images: list[ByteImage]) -> Rejection | N
     left, right = images
     if left.shape != right.shape:
         return None
-    differ, moved = float(cv2.absdiff(left, right).mean()), float(cv2.absdiff(left[:, 1:], left[:, :-1]).mean())
+    differ, moved = (cv2.norm(a, b, cv2.NORM_L1) / a.size for a, b in ((left, right), (left[:, 1:], left[:, :-1])))
     if differ >= SAME_SHARE * moved:
         return None
     return rejected(Reason.PHOTO_TWICE, station, differ_grey=differ, limit_grey=SAME_SHARE * moved)

@@ -71,7 +71,7 @@ def bridged(
     if len(pixels) < 30:
         return own
     low, high = np.quantile(pixels, [0.02, 0.98])
-    against = other | (np.nan_to_num(np.abs(off_px), nan=0.0) > OFF_PX) | (_strangeness(chroma, own) > 0.1)
+    against = other | (np.abs(off_px) > OFF_PX) | (_strangeness(chroma, own) > 0.1)
     filled: BoolArray = own | (closed & ~against & (light > low - SHADE_GREY) & (light < high + SHADE_GREY))
     return filled
 

@@ -177,9 +177,9 @@ def _neighbour(line: Line, label: int, around: Surroundings) -> int:
     seen = seen[(seen >= 0) & (seen != label)]
     if seen.size < 0.35 * x.size:
         return -1
-    values, counts = np.unique(seen, return_counts=True)
+    counts = np.bincount(seen)
     top = int(np.argmax(counts))
-    return int(values[top]) if counts[top] > 0.35 * x.size else -1
+    return top if counts[top] > 0.35 * x.size else -1
 
 
 def _crossing(line: Line, label: int, neighbour: int, around: Surroundings) -> Crossing | None:

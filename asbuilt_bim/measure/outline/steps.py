@@ -89,12 +89,9 @@ def _cheapest(cost: Float32Array) -> IntArray:
 
 def edge_votes(left: Float32Array, right: Float32Array, texture_grey: float) -> tuple[Float32Array, Float32Array]:
     """Return votes 0..1 (h, w) for upright and for level edges that both pictures of a raster show alike."""
-    votes: list[Float32Array] = []
+    smooth, votes = [cv2.GaussianBlur(image, (0, 0), 0.8) for image in (left, right)], list[Float32Array]()
     for dx, dy in ((1, 0), (0, 1)):
-        one, other = (
-            np.asarray(cv2.Sobel(cv2.GaussianBlur(image, (0, 0), 0.8), cv2.CV_32F, dx, dy, ksize=3, scale=0.125))
-            for image in (left, right)
-        )
-        agreed = np.where(one * other > 0.0, np.minimum(np.abs(one), np.abs(other)), 0.0)
-        votes.append((agreed**2 / (agreed**2 + texture_grey**2)).astype(np.float32))
+        one, other = (np.asarray(cv2.Sobel(image, cv2.CV_32F, dx, dy, ksize=3, scale=0.125)) for image in smooth)
+        agreed = np.where(one * other > 0.0, np.minimum(np.abs(one), np.abs(other)), 0.0) ** 2
+        votes.append((agreed / (agreed + texture_grey**2)).astype(np.float32))
     return votes[0], votes[1]

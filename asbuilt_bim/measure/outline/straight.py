@@ -95,12 +95,12 @@ def straight_sides(
     cost = face_cost(own, other, off, left - right, paired, chroma, ended)
     across, along = edge_votes(left, np.where(paired, right, left), around.texture_grey)
     if ends is not None:
-        _limit(cost, own, other | (np.nan_to_num(off, nan=0.0) < -OFF_PX), raster, ends)
+        _limit(cost, own, other | (off < -OFF_PX), raster, ends)
     clear = raster.lay(around.marks.view(np.uint8), nearest=True) == 0
     across, along = across * clear, along * clear
     region = straight_region(cost, across, along, own)
     region &= ~_openings(region, off, across, along)
-    against = ((labels >= 0) & (labels != label)) | (np.nan_to_num(np.abs(off), nan=0.0) > OFF_PX)
+    against = other | (np.abs(off) > OFF_PX)
     if not _explains(region, own, against):
         return None
     rings = [_sides_of(ring, raster) for ring in contours(region)]
@@ -145,9 +145,8 @@ def _stout(own: BoolArray, raster: FaceRaster) -> BoolArray:
     count, parts, stats, _ = cv2.connectedComponentsWithStats(opened, connectivity=4)
     if count <= 1:
         return own
-    largest = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
-    keep = [i for i in range(1, count) if stats[i, cv2.CC_STAT_AREA] >= 0.2 * stats[largest, cv2.CC_STAT_AREA]]
-    return np.isin(parts, keep)
+    area = stats[:, cv2.CC_STAT_AREA]
+    return np.take((area >= 0.2 * area[1:].max()) & (np.arange(count) > 0), np.asarray(parts, dtype=np.intp))
 
 
 def _explains(region: BoolArray, own: BoolArray, against: BoolArray) -> bool:

@@ -141,8 +141,8 @@ def _cut_seams(labels: NDArray[np.int16], level: LevelledMap, pieces: list[Piece
 def _take(labels: NDArray[np.int16], best: NDArray[np.float32], miss: FloatArray, number: int) -> None:
     with np.errstate(invalid="ignore"):
         better = miss < best  # never where nothing was measured: NaN
-    labels[better] = number
-    best[better] = miss[better]
+    np.copyto(labels, number, where=better)
+    np.copyto(best, miss, where=better)
 
 
 def _columns(level: LevelledMap, piece: Piece, margin: float) -> slice:
@@ -175,10 +175,8 @@ def _without_crumbs(mask: NDArray[np.uint8], least_pixels: int) -> NDArray[np.ui
     """Drop pieces under `least_pixels` and fill holes under it."""
     for value in (1, 0):
         count, parts, stats, _ = cv2.connectedComponentsWithStats((mask == value).astype(np.uint8), connectivity=4)
-        small = np.flatnonzero(stats[:, cv2.CC_STAT_AREA] < least_pixels)
-        small = small[small > 0]
-        if count > 1 and small.size:
-            mask[np.isin(parts, small)] = 1 - value
+        small = (stats[:, cv2.CC_STAT_AREA] < least_pixels) & (np.arange(count) > 0)
+        mask[small[parts]] = 1 - value
     return mask
 
 

@@ -29,8 +29,7 @@ def _of_cell(difference: Float32Array, left: Float32Array, right: Float32Array, 
     """Solve for one shift down the photo; both slopes' product counts structure, and grain doesn't pass for it."""
     if np.mean(measured) < LEAST_KNOWN:
         return float("nan")
-    off = difference[measured]
-    off -= median(off)
+    off = difference[measured] - median(difference[measured])
     alike = np.abs(off) < 3.0 * median(np.abs(off)) + 1.0
     one, other = left[measured][alike].astype(np.float64), right[measured][alike].astype(np.float64)
     steepness = float(one @ other)
