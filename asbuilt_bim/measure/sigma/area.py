@@ -17,10 +17,16 @@ from asbuilt_bim.vision.stereo.rig_fit import LENS_CELLS, seen_by
 
 def polygon_area(points_m: FloatArray) -> float:
     """Return the area of a nearly flat ring (N, 3) in space: half the length of its vector area."""
-    centred = points_m - points_m.mean(axis=0)
-    turning = centred.T @ np.concatenate([centred[1:], centred[:1]])
-    (_, xy, xz), (yx, _, yz), (zx, zy, _) = turning.tolist()  # the cross products' sum is what isn't symmetric in it
-    return 0.5 * math.hypot(yz - zy, zx - xz, xy - yx)
+    return polygon_areas(points_m[None])[0]
+
+
+def polygon_areas(rings_m: FloatArray) -> list[float]:
+    """Return the area of each of M nearly flat rings (M, N, 3) in space."""
+    centred = rings_m - rings_m.mean(axis=1, keepdims=True)
+    turning = centred.transpose(0, 2, 1) @ np.roll(centred, -1, axis=1)
+    return [  # the cross products' sum is what isn't symmetric in it
+        0.5 * math.hypot(yz - zy, zx - xz, xy - yx) for (_, xy, xz), (yx, _, yz), (zx, zy, _) in turning.tolist()
+    ]
 
 
 def rings_area_m2(rings_px: Sequence[FloatArray], q_px: FloatArray, camera: RectifiedCamera) -> float:
@@ -166,15 +172,10 @@ def _by_disparity(
     """Return what a turn (5,) and the lenses leave open by the disparity that they leave over the frame."""
     modes = [left_of_disparity_px(ring, q_px, camera, turn_rad, lens_px) for ring in rings_px]
     area, variance = rings_area_m2(rings_px, q_px, camera), 0.0
-    for k in range(modes[0].shape[1]):
-        moved = [
-            [
-                polygon_area(_on_plane(ring, q_px, camera, sign * mode[:, k]))
-                for ring, mode in zip(rings_px, modes, strict=True)
-            ]
-            for sign in (1.0, -1.0)
-        ]
-        more, less = (outer - sum(holes) for outer, *holes in moved)
+    signed = [np.concatenate([mode.T, -mode.T]) for mode in modes]
+    rings = [polygon_areas(_on_plane(ring, q_px, camera, px)) for ring, px in zip(rings_px, signed, strict=True)]
+    moved = [outer - sum(holes) for outer, *holes in zip(*rings, strict=True)]
+    for more, less in zip(moved[: len(moved) // 2], moved[len(moved) // 2 :], strict=True):
         variance += _squared_m4(more, less, area)
     planes = np.linalg.pinv(camera.rectified_rays(rings_px[0])) @ modes[0]
     return RigPart(area_sigma_m2=float(np.sqrt(variance)), q_covariance=planes @ planes.T)
@@ -211,7 +212,7 @@ def _on_plane(
 ) -> FloatArray:
     rays = camera.rectified_rays(ring)
     disparity = np.maximum(rays @ q_px + more_px, 1e-3)
-    points: FloatArray = rays * (camera.f_px * camera.baseline_m / disparity)[:, None]
+    points: FloatArray = rays * (camera.f_px * camera.baseline_m / disparity)[..., None]
     return points
 
 
