@@ -132,15 +132,14 @@ def refine_plane(
     if rows.size < LEAST_PIXELS:
         return None
     q = np.asarray(start_px, dtype=np.float64)
-    fit: PlaneFit | None = None
     some = slice(None, None, max(1, rows.size // ENOUGH_COARSE))
     levels = [(*both.coarse, some, 4), (*both.fine, slice(None), 6)]
     for left, right, used, steps in levels[1 if again else 0 :]:
-        fit = _gauss_newton(left, right, rows[used], columns[used], r[used], q, steps)
-        if fit is None or float(np.max(np.abs(r @ (fit.q_px - start_px)))) > most_px:
+        found = _gauss_newton(left, right, rows[used], columns[used], r[used], q, steps)
+        if found is None or float(np.max(np.abs(r @ (found[0] - start_px)))) > most_px:
             return None
-        q = fit.q_px
-    return fit
+        q, lift, compared, hessian = found
+    return PlaneFit(q_px=q, covariance=lift @ sandwich(compared, hessian) @ lift.T, compared=compared)
 
 
 def _gauss_newton(
@@ -151,7 +150,8 @@ def _gauss_newton(
     r: FloatArray,
     q: FloatArray,
     steps: int,
-) -> PlaneFit | None:
+) -> tuple[FloatArray, FloatArray, Compared, FloatArray] | None:
+    """Return q (3,), what carries the patch's own three numbers to it (3, 3), the pixels, and the Hessian (3, 3)."""
     x, y = columns.astype(np.float32), rows.astype(np.float32)
     seen = left[rows, columns].astype(np.float64)
     ahead, behind = np.minimum(columns + 1, left.shape[1] - 1), np.maximum(columns - 1, 0)
@@ -185,7 +185,7 @@ def _gauss_newton(
         if moved < STILL_PX:
             break
     lift = np.stack([_q_change(e, middle, basis) for e in np.eye(3)], axis=1)
-    return PlaneFit(q_px=q, covariance=lift @ sandwich(compared, hessian) @ lift.T, compared=compared)
+    return q, lift, compared, hessian
 
 
 def _exposure(seen: FloatArray, there: FloatArray, weight: FloatArray) -> tuple[float, float]:
@@ -224,7 +224,7 @@ def _q_change(change: FloatArray, middle: FloatArray, basis: FloatArray) -> Floa
 
 def _line(image: Float32Array, x: Float32Array, y: Float32Array) -> tuple[FloatArray, FloatArray]:
     """Sample a picture with its slope (H, W, 2) at (N,) places; remap wants an image, so they are laid out in rows."""
-    width, count = 4096, len(x)
+    width, count = 64, len(x)
     columns = np.zeros(-(-count // width) * width, dtype=np.float32)
     rows = np.zeros_like(columns)
     columns[:count], rows[:count] = x, y
@@ -236,9 +236,10 @@ def sandwich(compared: Compared, hessian: FloatArray) -> FloatArray:
     """Return the covariance (3, 3) with the residuals' own correlation in it: scores are summed by block first."""
     weight, residual = compared.weight, compared.residual
     score = compared.slope * (weight * residual)[:, None]
-    block = (compared.rows // BLOCK_PX) * 4096 + compared.columns // BLOCK_PX
-    _, index = np.unique(block, return_inverse=True)
-    sums = np.stack([np.bincount(index, weights=score[:, i]) for i in range(3)], axis=1)
+    across = compared.columns // BLOCK_PX
+    block = compared.rows // BLOCK_PX * (int(across.max()) + 1) + across
+    held = np.bincount(block) > 0
+    sums = np.stack([np.bincount(block, weights=score[:, i])[held] for i in range(3)], axis=1)
     inverse = np.linalg.inv(hessian)
     blocks = len(sums)
     together = sums.T @ sums * (blocks / max(blocks - 3, 1))
