@@ -9,7 +9,7 @@ import numpy as np
 from asbuilt_bim.camera.rectify import RectifiedCamera
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.disparity_plane import plane_of
-from asbuilt_bim.geometry.masks import nonzero
+from asbuilt_bim.geometry.masks import at_pixels, nonzero
 from asbuilt_bim.geometry.plane import PlaneFrame, frame_on_plane
 from asbuilt_bim.geometry.polygon import polygon, ring_area, rings_area
 from asbuilt_bim.geometry.transform import rigid
@@ -136,7 +136,7 @@ def _flatness(bench: Workbench, settled: Settled) -> float:
     rows, columns = rows[known], columns[known]
     if rows.size < 10:
         return 0.0
-    expected = level.rays[rows, columns] @ settled.q_px
+    expected = at_pixels(level.rays, rows, columns) @ settled.q_px
     miss = level.disparity_px[rows, columns] - expected
     miss = miss[np.abs(miss) < 1.0]
     if miss.size == 0:

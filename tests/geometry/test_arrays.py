@@ -7,6 +7,7 @@ import pytest
 
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import median, unique_rows
+from asbuilt_bim.geometry.masks import at_pixels, nonzero
 from asbuilt_bim.geometry.transform import cross
 
 
@@ -31,6 +32,15 @@ def test_the_median_is_numpys_to_the_last_digit(kind: type) -> None:
     values = (np.random.default_rng(5).normal(size=1001) * 100.0).astype(kind)
     for count in (1, 2, 3, 10, 11, 1000, 1001):
         assert median(values[:count]) == float(np.median(values[:count]))
+
+
+def test_a_masks_pixels_are_numpys_in_its_order() -> None:
+    mask = np.zeros((20, 30), dtype=bool)
+    assert [len(places) for places in nonzero(mask)] == [0, 0]
+    mask[5:15, 7:20] = np.random.default_rng(6).random((10, 13)) > 0.5
+    assert np.array_equal(nonzero(mask), np.nonzero(mask))
+    image = np.random.default_rng(7).normal(size=(20, 30, 3))
+    assert np.array_equal(at_pixels(image, *nonzero(mask)), image[mask])
 
 
 def _grid(count: int) -> np.ndarray:

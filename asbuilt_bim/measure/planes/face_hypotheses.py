@@ -8,7 +8,7 @@ import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, median
 from asbuilt_bim.geometry.disparity_plane import fit_q
-from asbuilt_bim.geometry.masks import Box, box_of, nonzero
+from asbuilt_bim.geometry.masks import Box, at_pixels, box_of, nonzero
 from asbuilt_bim.measure.outline.edges import Gradients, pixel_plane
 from asbuilt_bim.measure.outline.fit import Outline, find_outline, shared_ends
 from asbuilt_bim.measure.outline.straight import Surroundings
@@ -281,7 +281,8 @@ def contradiction(q_px: FloatArray, covariance: FloatArray, hypothesis: FaceHypo
     rows, columns = rows[::step], columns[::step]
     if len(rows) < LEAST_DENSE:
         return np.zeros((3, 3))
-    dense, scatter = fit_q(level.rays[rows, columns], level.disparity_px[rows, columns], level.sigma_px[rows, columns])
+    rays = at_pixels(level.rays, rows, columns)
+    dense, scatter = fit_q(rays, level.disparity_px[rows, columns], level.sigma_px[rows, columns])
     apart = dense - q_px
     chi2 = float(apart @ np.linalg.solve(covariance + scatter * MATCHER_BLOCK_PX / step, apart))
     left_open: FloatArray = 0.5 * hypothesis.doubt * excess_share(chi2, NUMBERS) * np.outer(apart, apart)

@@ -15,7 +15,6 @@ from pathlib import Path
 
 import numpy as np
 
-from asbuilt_bim.geometry.arrays import median
 from asbuilt_bim.measure.planes.refine import LEAST_PIXELS, PlaneFit, sandwich
 
 DATA = Path(__file__).with_suffix(".json")
@@ -62,8 +61,8 @@ def splits_of(fit: PlaneFit) -> list[float]:
     """
     found: list[float] = []
     for places in (fit.compared.rows, fit.compared.columns):
-        middle = median(places)
-        halves = [fit.compared.of(side) for side in (places <= middle, places > middle)]
+        middle = np.median(places)
+        halves = [fit.compared.of(np.flatnonzero(side)) for side in (places <= middle, places > middle)]
         if min(len(half.rows) for half in halves) < LEAST_PIXELS:
             continue
         steps = [(half, *step) for half in halves if (step := half.step()) is not None]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, median
-from asbuilt_bim.geometry.masks import nonzero
+from asbuilt_bim.geometry.masks import at_pixels, nonzero
 from asbuilt_bim.geometry.robust_least_squares import robust_sigma, tukey
 from asbuilt_bim.vision.stereo.warp import sample_sharp, with_slope
 
@@ -56,11 +56,11 @@ class Compared:
     residual: FloatArray
     weight: FloatArray
 
-    def of(self, some: BoolArray) -> "Compared":
+    def of(self, some: IndexArray) -> "Compared":
         """Return these of the pixels."""
         return Compared(
-            rows=self.rows[some], columns=self.columns[some], slope=self.slope[some], rate=self.rate[some],
-            residual=self.residual[some], weight=self.weight[some],
+            rows=self.rows[some], columns=self.columns[some], slope=self.slope.take(some, axis=0),
+            rate=self.rate.take(some, axis=0), residual=self.residual[some], weight=self.weight[some],
         )  # fmt: skip
 
     def after(self, change: FloatArray) -> "Compared":
@@ -125,10 +125,10 @@ def refine_plane(
         return None
     if rows.size > MOST_PIXELS:  # the steepest pixels of each neighbourhood hold the plane best
         rows, columns = _steepest(both.fine[0], rows, columns)
-    r = rays[rows, columns]
+    r = at_pixels(rays, rows, columns)
     partner = np.round(columns - r @ np.asarray(start_px)).astype(np.intp)
-    paired = (partner >= 0) & (both.valid_right[rows, np.clip(partner, 0, mask.shape[1] - 1)] > 0.5)
-    rows, columns, r = rows[paired], columns[paired], r[paired]
+    paired = np.flatnonzero((partner >= 0) & (both.valid_right[rows, np.clip(partner, 0, mask.shape[1] - 1)] > 0.5))
+    rows, columns, r = rows[paired], columns[paired], r.take(paired, axis=0)
     if rows.size < LEAST_PIXELS:
         return None
     q = np.asarray(start_px, dtype=np.float64)
@@ -225,10 +225,9 @@ def _q_change(change: FloatArray, middle: FloatArray, basis: FloatArray) -> Floa
 def _line(image: Float32Array, x: Float32Array, y: Float32Array) -> tuple[FloatArray, FloatArray]:
     """Sample a picture with its slope (H, W, 2) at (N,) places; remap wants an image, so they are laid out in rows."""
     width, count = 64, len(x)
-    columns = np.zeros(-(-count // width) * width, dtype=np.float32)
-    rows = np.zeros_like(columns)
-    columns[:count], rows[:count] = x, y
-    laid = sample_sharp(image, columns.reshape(-1, width), rows.reshape(-1, width)).reshape(-1, 2)[:count]
+    places = np.zeros((2, -(-count // width) * width), dtype=np.float32)
+    places[:, :count] = x, y
+    laid = sample_sharp(image, *places.reshape(2, -1, width)).reshape(-1, 2)[:count]
     return laid[:, 0].astype(np.float64), laid[:, 1].astype(np.float64)
 
 
@@ -238,8 +237,7 @@ def sandwich(compared: Compared, hessian: FloatArray) -> FloatArray:
     score = compared.slope * (weight * residual)[:, None]
     across = compared.columns // BLOCK_PX
     block = compared.rows // BLOCK_PX * (int(across.max()) + 1) + across
-    held = np.bincount(block) > 0
-    sums = np.stack([np.bincount(block, weights=score[:, i])[held] for i in range(3)], axis=1)
+    sums = np.stack([np.bincount(block, weights=score[:, i]) for i in range(3)], axis=1)[np.bincount(block) > 0]
     inverse = np.linalg.inv(hessian)
     blocks = len(sums)
     together = sums.T @ sums * (blocks / max(blocks - 3, 1))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from asbuilt_bim.camera.photo.quality import white
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, FloatArray, freeze, median
+from asbuilt_bim.geometry.masks import at_pixels, nonzero
 from asbuilt_bim.geometry.robust_least_squares import robust_sigma
 from asbuilt_bim.vision.masks.segment import Instance
 from asbuilt_bim.vision.stereo.depth import DepthMap
@@ -165,11 +166,11 @@ def _gathered(
 def _is_of(level: np.ndarray, colour: np.ndarray, piece: _Piece) -> bool:
     """Say whether a piece (flat indices) has the colour that a smaller map of the sky's has there."""
     rows, columns = np.divmod(piece, colour.shape[1])
-    beside = level[rows // SMALLER, columns // SMALLER]
+    beside = at_pixels(level, rows // SMALLER, columns // SMALLER)
     known_beside = beside[:, 0] >= 0.0
     if known_beside.sum() < LEAST_KNOWN * len(piece):
         return False
-    off = np.abs(colour[rows[known_beside], columns[known_beside]] - beside[known_beside]).max(axis=-1)
+    off = np.abs(at_pixels(colour, rows[known_beside], columns[known_beside]) - beside[known_beside]).max(axis=-1)
     return bool(np.mean(off < MOST_OFF_GREY) >= ALIKE)
 
 
@@ -214,12 +215,12 @@ class _Gradient:
 
 def _gradient(sky: BoolArray, colour: np.ndarray) -> _Gradient | None:
     """Fit the gradient of the colour (H, W, 3) over the sky; None where too little is known or it scatters too much."""
-    rows, columns = np.nonzero(sky)
+    rows, columns = nonzero(sky)
     if len(rows) < LEAST_PIXELS:
         return None
     some = slice(None, None, max(1, len(rows) // MOST_SAMPLES))
     rows, columns = rows[some], columns[some]
-    known = colour[rows, columns].astype(np.float64)
+    known = at_pixels(colour, rows, columns).astype(np.float64)
     design = np.column_stack([rows / sky.shape[0], columns / sky.shape[1], np.ones(len(rows))])
     slope, *_ = np.linalg.lstsq(design, known, rcond=None)
     spread = np.array([robust_sigma(channel) for channel in (known - design @ slope).T])
