@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Literal, TypeVar
@@ -14,8 +15,9 @@ from asbuilt_bim.storage.atomic_write import writing
 Row = TypeVar("Row")
 CsvForm = Literal["comma", "semicolon"]
 """Commas and decimal points, or semicolons and decimal commas: what spreadsheets set to these open."""
-_RUNS_AS_FORMULA = (*"=+-@", *"＝＋－＠", "\t", "\r", "\n")
-"""The wide signs, too: spreadsheets set to Japanese or Chinese take them for the narrow ones."""
+_FORMULA = re.compile("(^[ \u00a0]*|[,;\t])(?=[=+\\-@＝＋－＠\t\r\n])")
+"""Where a formula would begin: also past a separator, where a spreadsheet set to another one divides the cell. The wide
+signs, too: spreadsheets set to Japanese or Chinese take them for the narrow ones."""
 
 
 def write_csv(report: ProgressReport, path: Path) -> None:
@@ -52,9 +54,8 @@ class Number(str):
 
 
 def safe_cell(text: str) -> str:
-    """Return text that no spreadsheet runs as a formula: what begins like one gets an apostrophe."""
-    cleaned = plain(text)
-    return f"'{cleaned}" if cleaned.lstrip(" \u00a0").startswith(_RUNS_AS_FORMULA) else cleaned
+    """Return text that no spreadsheet runs as a formula: where one would begin stands an apostrophe."""
+    return _FORMULA.sub(r"\1'", plain(text))
 
 
 def number(value: float | None, decimals: int = 4) -> Number:

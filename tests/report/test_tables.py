@@ -50,7 +50,16 @@ def test_the_csv_begins_with_the_mark_for_utf8(tmp_path):
     ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "\n=1", " =1", "\x00=1", "\u00a0=1", "＝1", "＋1", "－1", "＠SUM"],
 )
 def test_text_that_a_spreadsheet_would_run_gets_an_apostrophe(text):
-    assert safe_cell(text).startswith("'")
+    assert safe_cell(text).lstrip(" \u00a0").startswith("'")
+
+
+@pytest.mark.parametrize("between", [",", ";", "\t"])
+def test_a_spreadsheet_set_to_another_separator_finds_no_formula_within_a_name(between):
+    for sign in "=+-@＝":
+        for name in (f"W{between}{sign}1+1{between}", f"{between}{sign}1", f"W{between}{between}{sign}1"):
+            parts = safe_cell(name).split(between)
+            assert not [part for part in parts if part.startswith(sign)] and safe_cell(name).replace("'", "") == name
+    assert safe_cell("moved by 2, -3 cm") == "moved by 2, -3 cm"
 
 
 def test_a_csv_for_decimal_commas_holds_the_same_with_semicolons_and_leaves_texts_their_points():
