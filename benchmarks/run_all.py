@@ -58,6 +58,7 @@ CASES = (
     Case(script="networks/networks.py", slow="", packages=RENDERER, long=True),
     Case(script="site/light.py", packages=RENDERER, long=True),
     Case(script="site/subsets.py", packages=RENDERER, long=True),
+    Case(script="site/over_visits.py", quick="--quick --check"),
     Case(script="visit/plan.py", quick="--quick --check", packages=RENDERER),
     Case(script="visit/check.py", quick="--quick --check", long=True),
     Case(script="site/page.py"),

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from asbuilt_bim.bim.model import DesignFace
+from asbuilt_bim.bim.model import BimElement, DesignFace
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.cylinder import CylinderFrame
@@ -30,9 +30,7 @@ class VisitHistory:
     faces: dict[str, tuple[DesignFaceRecord, ...]]
     first_built: dict[str, date]  # the first visit that saw something of it built, of what is still held to stand
     complete_on: dict[str, date]  # the first visit since which it has been complete, and certainly so
-    unfinished_on: dict[str, date]  # the last visit that saw it unfinished
-    last_seen: dict[str, date]
-    best_when_seen: dict[str, float]  # the best estimate of the last visit that had one
+    elements: dict[str, ElementProgress]  # what the last visit said of each
     moves_m: dict[str, FloatArray]  # of elements that stand beside their design
     markers: dict[int, MarkerRecord] = field(default_factory=dict)  # those that nobody surveyed
 
@@ -52,10 +50,14 @@ class VisitHistory:
                 return moved
         return None
 
+    def as_it_stood(self, element: BimElement) -> ElementProgress | None:
+        """Return what the last visit said of an element; None of one that has moved or changed since, or is new."""
+        frames = {record.face_id: frame_of(record) for record in self.faces.get(element.global_id, ())}
+        still = (face.face_id in frames and stands_still(frames[face.face_id], face.frame) for face in element.faces)
+        return self.elements.get(element.global_id) if all(still) else None
 
-EMPTY_HISTORY = VisitHistory(
-    visits=(), faces={}, first_built={}, complete_on={}, unfinished_on={}, last_seen={}, best_when_seen={}, moves_m={}
-)
+
+EMPTY_HISTORY = VisitHistory(visits=(), faces={}, first_built={}, complete_on={}, elements={}, moves_m={})
 
 
 def remember(history: VisitHistory, report: ProgressReport) -> VisitHistory:
@@ -71,10 +73,7 @@ def remember(history: VisitHistory, report: ProgressReport) -> VisitHistory:
         faces=history.faces | faces,
         first_built={key: min(since, history.first_built.get(key, since)) for key, since in built.items()},
         complete_on={key: min(since, history.complete_on.get(key, since)) for key, since in complete.items()},
-        unfinished_on=history.unfinished_on
-        | {e.global_id: e.unfinished_on for e in report.elements if e.unfinished_on is not None},
-        last_seen=history.last_seen | {e.global_id: e.last_seen for e in report.elements if e.last_seen is not None},
-        best_when_seen={e.global_id: e.best_when_seen for e in report.elements if e.best_when_seen is not None},
+        elements=history.elements | {e.global_id: e for e in report.elements},
         moves_m={e.global_id: frozen(np.array(e.move_m)) for e in report.elements if e.move_m is not None},
         markers=history.markers | {record.marker_id: record for record in report.markers},
     )

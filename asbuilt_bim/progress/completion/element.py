@@ -35,10 +35,15 @@ def progress_of(
     area, sigma = _as_built(surfaces)
     state, why = state_of(cells, element.height_m, completion, options, model().limit)
     stations = sorted({name for surface in surfaces for name in surface.stations})
-    if not stations and state != "complete" and completion.best is not None:
-        # what was open when it was last seen is forgotten, since it may have been built: what is left isn't all of it
-        completion = replace(completion, best=None)
-        why = Reason.NOT_SEEN_AGAIN
+    last = history.elements.get(element.global_id)
+    was = history.as_it_stood(element) if not stations and displaced is None else None
+    disagree = [_disagreement(element, cells, stations)] if conflict else []
+    if was is not None and was.state != "displaced":
+        built, conflict = was.cells_built, was.cells_conflict
+        disagree = [note for note in was.notes if note.code is Reason.PHOTOS_DISAGREE]
+        state, why, completion = _not_seen_again(was, why, completion)
+    elif not stations and state != "complete" and completion.best is not None:
+        completion, why = replace(completion, best=None), Reason.NOT_SEEN_AGAIN
     elif state != "complete":
         completion = _held_back(cells, completion)
         if state == "part":
@@ -48,9 +53,7 @@ def progress_of(
     subject = about(SubjectKind.ELEMENT, element.global_id)
     in_place = displaced is None or displaced.accepted
     because = [noted(why, subject, coverage=completion.coverage)] if why and in_place else []
-    notes = [*because, *doubts, *(note for surface in surfaces for note in surface.notes)]
-    if conflict:
-        notes.append(_disagreement(element, cells, stations))
+    notes = [*because, *doubts, *(note for surface in surfaces for note in surface.notes), *disagree]
     seen_built = sum(surface.built_area_m2 for surface in surfaces)
     seen_open = sum(surface.open_area_m2 for surface in surfaces)
     if displaced is not None and displaced.accepted:
@@ -85,13 +88,13 @@ def progress_of(
         tilt_rad=leaning.tilt_rad if leaning else None,
         tilt_sigma_rad=leaning.tilt_sigma_rad if leaning else None,
         stations=tuple(stations),
-        last_seen=visit_date if stations else history.last_seen.get(element.global_id),
+        last_seen=visit_date if stations else last.last_seen if last else None,
         notes=each_once(notes),
         doubts=each_once(doubts),
-        best_when_seen=_best_when_seen(element, completion, history, displaced),
+        best_when_seen=_best_when_seen(completion, last, displaced),
         first_built=history.first_built.get(element.global_id, visit_date) if built > 0.0 else None,
         complete_on=history.complete_on.get(element.global_id, visit_date) if sure else None,
-        unfinished_on=visit_date if seen_unfinished else history.unfinished_on.get(element.global_id),
+        unfinished_on=visit_date if seen_unfinished else last.unfinished_on if last else None,
         move_m=_plain(displaced.move_m) if displaced else None,
         accepted=displaced is not None and displaced.accepted,
         as_far_as_seen=state == "complete" and completion.lower < options.nearly_all,
@@ -134,13 +137,21 @@ def _plain(move_m: FloatArray) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _best_when_seen(
-    element: BimElement, completion: Completion, history: VisitHistory, displaced: Displaced | None
-) -> float | None:
+def _not_seen_again(
+    was: ElementProgress, why: Reason | None, completion: Completion
+) -> tuple[State, Reason | None, Completion]:
+    """Return what an element is that no photo shows: what it was, but what was open may have been built since."""
+    if was.state == "complete":
+        return was.state, None, was.completion
+    why = why if completion.coverage <= 0.0 else Reason.NOT_SEEN_AGAIN
+    return "unknown", why, replace(completion, best=None, lower=was.completion.lower, upper=1.0)
+
+
+def _best_when_seen(completion: Completion, last: ElementProgress | None, displaced: Displaced | None) -> float | None:
     """Return the best estimate of the last visit that had one; what was said of an empty place is forgotten."""
     if displaced is not None and not displaced.accepted:
         return None
-    return history.best_when_seen.get(element.global_id) if completion.best is None else completion.best
+    return last.best_when_seen if completion.best is None and last is not None else completion.best
 
 
 def _as_built(surfaces: Sequence[SurfaceState]) -> tuple[float | None, float | None]:

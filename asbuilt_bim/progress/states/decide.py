@@ -110,7 +110,7 @@ def _risen(sides: Sequence[Side], opened: BoolArray, built: BoolArray, votes: Vo
     now = and_under(showing(sides, votes.built, votes.open, least_share))
     still = showing(sides, votes.open, votes.built, least_share) & ~now
     was = showing(sides, opened, built, least_share)
-    return now | ((was & now).sum() > (was & still).sum())
+    return now | bool((was & now).sum() > (was & still).sum())
 
 
 def _face_state(

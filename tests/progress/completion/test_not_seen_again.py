@@ -1,0 +1,72 @@
+"""An element that no photo of a visit shows stays what it was, but for what may have been built since."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import timedelta
+
+import numpy as np
+import pytest
+
+from asbuilt_bim.bim.model import BimElement
+from asbuilt_bim.codes import Reason
+from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.progress.completion.summary import summarise
+from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
+from asbuilt_bim.progress.report import ElementProgress, ProgressReport
+from asbuilt_bim.progress.states.likelihood import MOST_NATS
+from asbuilt_bim.progress.surface import SurfaceState
+from tests.match.small_site import box, element, model
+from tests.notes import codes
+from tests.progress.states.test_decide import BACK, FRONT, NOTHING, UP_M, WALL, judged
+from tests.progress.test_money_and_dates import DAY
+from tests.progress.test_money_and_dates import NOTHING as NO_MATCH
+
+LOW = np.where(FRONT & (UP_M < 1.4), MOST_NATS, 0.0) + np.where(BACK & (UP_M > 1.4), -MOST_NATS, 0.0)
+TORN = np.where(FRONT, MOST_NATS, 0.0) + np.where(BACK & (UP_M > 2.0), -MOST_NATS, 0.0)
+WHOLE = np.where(FRONT, MOST_NATS, 0.0)
+
+
+def report(surfaces: Sequence[SurfaceState], history: VisitHistory, of: BimElement = WALL) -> ProgressReport:
+    return summarise(surfaces, NO_MATCH, model([of]), history, DAY + timedelta(days=7 * len(history.visits)))
+
+
+def seen_once(odds: FloatArray, more: int) -> list[ElementProgress]:
+    """Return what the wall is after a visit that shows it, and after `more` visits that show nothing of it."""
+    surfaces, history, found = judged(odds), EMPTY_HISTORY, []
+    for _ in range(1 + more):
+        one = report(surfaces, history)
+        found.append(one.elements[0])
+        history, surfaces = remember(history, one), judged(NOTHING, surfaces)
+    return found
+
+
+@pytest.mark.parametrize("odds", [LOW, TORN, WHOLE])
+def test_what_is_certain_and_what_contradicts_itself_stay_and_nothing_becomes_complete(odds: FloatArray) -> None:
+    first, *later = seen_once(odds, 3)
+    for one in later:
+        assert one.completion.lower == first.completion.lower and one.cells_built == first.cells_built
+        assert one.cells_conflict == first.cells_conflict
+        assert one.state == ("complete" if first.state == "complete" else "unknown")
+        assert one.completion.upper == 1.0 and not one.stations and one.last_seen == DAY
+
+
+def test_photos_that_disagree_are_told_as_long_as_nobody_looks_again() -> None:
+    first, *later = seen_once(TORN, 2)
+    assert first.cells_conflict > 0.0 and first.state == "unknown"
+    for one in later:
+        assert codes(one.notes).count(Reason.PHOTOS_DISAGREE) == 1
+
+
+def test_a_wall_that_a_revision_moved_is_judged_where_it_is_now() -> None:
+    first = report(judged(WHOLE), EMPTY_HISTORY)
+    history = remember(EMPTY_HISTORY, first)
+    moved = element("W", "wall", box(1, 0, 0, 4.0, 0.25, 3.0))
+    assert history.as_it_stood(WALL) is not None and history.as_it_stood(moved) is None
+    elsewhere = replace(first.elements[0], completion=replace(first.elements[0].completion, lower=0.77))
+    kept = replace(history, elements={"W": elsewhere})
+    again, there = (
+        report([replace(s, stations={}) for s in judged(WHOLE)], kept, of).elements[0] for of in (WALL, moved)
+    )
+    assert again.completion.lower == 0.77 and there.completion.lower == pytest.approx(1.0, abs=0.02)
