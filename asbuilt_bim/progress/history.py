@@ -51,10 +51,13 @@ class VisitHistory:
         return None
 
     def as_it_stood(self, element: BimElement) -> ElementProgress | None:
-        """Return what the last visit said of an element; None of one that has moved or changed since, or is new."""
+        """Return what the last visit said of an element; None where nobody saw it, or it has moved or changed since."""
+        last = self.elements.get(element.global_id)
+        if last is None or last.last_seen is None:
+            return None
         frames = {record.face_id: frame_of(record) for record in self.faces.get(element.global_id, ())}
         still = (face.face_id in frames and stands_still(frames[face.face_id], face.frame) for face in element.faces)
-        return self.elements.get(element.global_id) if all(still) else None
+        return last if all(still) else None
 
 
 EMPTY_HISTORY = VisitHistory(visits=(), faces={}, first_built={}, complete_on={}, elements={}, moves_m={})
