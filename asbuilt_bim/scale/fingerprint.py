@@ -57,11 +57,14 @@ def program_digest(package: Path = Path(__file__).parent.parent) -> str:
 
 
 def code_digest(package: Path, parts: tuple[str, ...] = MEASURING) -> str:
-    """Return a digest of parts of the code in a package's folder: names and bytes of code, fitted numbers, networks."""
+    """Return a digest of parts of the code in a package's folder: names and bytes of code, fitted numbers, networks.
+
+    Git for Windows may check text out with other line ends: that is no other program.
+    """
     digest = hashlib.sha256(__version__.encode())
     for name in parts:
         there = [package / name] if name.endswith(".py") else (package / name).rglob("*")
         for path in sorted(path for path in there if path.suffix in KINDS):
             digest.update(path.relative_to(package).as_posix().encode())
-            digest.update(path.read_bytes())
+            digest.update(path.read_bytes().replace(b"\r\n", b"\n"))
     return digest.hexdigest()

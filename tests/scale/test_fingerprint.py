@@ -68,3 +68,13 @@ def test_a_program_is_another_one_by_any_of_its_code_or_networks_and_the_same_in
     (package / "schemas").mkdir()
     (package / "schemas" / "result-1.json").write_text("{}", encoding="utf-8")
     assert program_digest.__wrapped__(package) == found
+
+
+def test_a_clone_that_git_gave_other_line_ends_is_the_same_program(tmp_path: Path) -> None:
+    package = tmp_path / "asbuilt_bim"
+    shutil.copytree(PACKAGE, package, ignore=shutil.ignore_patterns("*.onnx", "__pycache__"))
+    before = code_digest(package), program_digest(package)
+    for path in package.rglob("*.py"):
+        path.write_bytes(path.read_bytes().replace(b"\n", b"\r\n"))
+    program_digest.cache_clear()
+    assert (code_digest(package), program_digest(package)) == before
