@@ -55,6 +55,8 @@ class VisitHistory:
         last = self.elements.get(element.global_id)
         if last is None or last.last_seen is None:
             return None
+        if abs(last.design_area_m2 - element.exposed_area_m2) > STILL_M * element.height_m:
+            return None  # as much as one upright edge may move
         frames = {record.face_id: frame_of(record) for record in self.faces.get(element.global_id, ())}
         still = (face.face_id in frames and stands_still(frames[face.face_id], face.frame) for face in element.faces)
         return last if all(still) else None

@@ -42,8 +42,8 @@ def progress_of(
         built, conflict = was.cells_built, was.cells_conflict
         disagree = [note for note in was.notes if note.code is Reason.PHOTOS_DISAGREE]
         state, why, completion = _not_seen_again(was, why, completion)
-    elif not stations and state != "complete" and completion.best is not None:
-        completion, why = replace(completion, best=None), Reason.NOT_SEEN_AGAIN
+    elif not stations and completion.best is not None and completion.lower < options.complete_from:
+        state, why, completion = "unknown", Reason.NOT_SEEN_AGAIN, replace(completion, best=None)
     elif state != "complete":
         completion = _held_back(cells, completion)
         if state == "part":

@@ -9,13 +9,17 @@ from datetime import timedelta
 import numpy as np
 import pytest
 
+from asbuilt_bim.bim.cells import cell_samples
 from asbuilt_bim.bim.model import BimElement
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.progress.completion.summary import summarise
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
+from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import ElementProgress, ProgressReport
+from asbuilt_bim.progress.states.decide import decide_element
 from asbuilt_bim.progress.states.likelihood import MOST_NATS
+from asbuilt_bim.progress.states.votes import Votes
 from asbuilt_bim.progress.surface import SurfaceState
 from tests.match.small_site import box, element, model
 from tests.notes import codes
@@ -70,3 +74,26 @@ def test_a_wall_that_a_revision_moved_is_judged_where_it_is_now() -> None:
         report([replace(s, stations={}) for s in judged(WHOLE)], kept, of).elements[0] for of in (WALL, moved)
     )
     assert again.completion.lower == 0.77 and there.completion.lower == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_wall_that_a_revision_made_longer_or_higher_is_not_complete_before_somebody_has_seen_the_rest() -> None:
+    first = report(judged(WHOLE + np.where(BACK, MOST_NATS, 0.0)), EMPTY_HISTORY)
+    assert first.elements[0].state == "complete"
+    history = remember(EMPTY_HISTORY, first)
+    for length_m, height_m in ((5.0, 3.0), (4.0, 3.6)):
+        now = element("W", "wall", box(0, 0, 0, length_m, 0.25, height_m))
+        one = report(unseen_again(now, history), history, now).elements[0]
+        assert one.state == "unknown" and one.completion.best is None
+        assert one.completion.lower == pytest.approx(4.0 * 3.0 / (length_m * height_m), abs=0.03)
+
+
+def unseen_again(of: BimElement, history: VisitHistory) -> list[SurfaceState]:
+    """Return the faces of an element of which a visit sees nothing, with what is known of where they are now."""
+    count = len(cell_samples(of, ProgressOptions().spacing_m).face)
+    no = np.zeros(count, dtype=bool)
+    votes = Votes(
+        built=no, open=no, log_odds=np.zeros(count), contradicted=no, decided_by={}, before=no, spoken=(),
+        other_colour={},
+    )  # fmt: skip
+    earlier = [history.earlier(of.global_id, face, ProgressOptions()) for face in of.faces]
+    return decide_element(of, votes, {}, earlier, ProgressOptions())
