@@ -70,7 +70,8 @@ def read_table(
 ) -> TableFile:
     """Read a table by its ending; blank rows are left out, and columns that nobody asked for.
 
-    `parted` takes from a row's cells what stands beside their numbers, before their decimal signs are looked at.
+    `parted` takes from a row's cells what stands beside their numbers, before their decimal signs are looked at. Where
+    it finds anything somebody typed the column, and commas between cells don't say that its points are decimal ones.
 
     Raises:
         AsBuiltError: of the sort `refusal`: no such table, too large, or a needed column is missing or there twice.
@@ -89,13 +90,16 @@ def read_table(
     if not filled:
         raise refusal(f"{path}: the table is empty; `asbuilt-bim template PROJECT.yaml` writes one to fill in")
     places = _places([str(cell) for cell in filled[0][1]], columns, needed, path, refusal)
+    given = [{key: cells[at] for key, at in places.items() if at < len(cells)} for _, cells in filled[1:]]
     rows = tuple(
-        TableRow(number=number, cells=parted({key: cells[at] for key, at in places.items() if at < len(cells)}))
-        for number, cells in filled[1:]
+        TableRow(number=number, cells=parted(cells)) for (number, _), cells in zip(filled[1:], given, strict=True)
     )
     texts = [(key, cell.strip(" %")) for row in rows for key, cell in row.cells.items() if isinstance(cell, str)]
     commas = any(_is_decimal_comma(text) for _, text in texts)
-    points = frozenset(places) if between == "," else frozenset(key for key, text in texts if _is_decimal_point(text))
+    points = frozenset(key for key, text in texts if _is_decimal_point(text))
+    if between == ",":
+        typed = {key for row, cells in zip(rows, given, strict=True) for key in cells if row.cells[key] != cells[key]}
+        points |= places.keys() - typed
     return TableFile(name=path.name, rows=rows, formulas=formulas, commas=commas, points=points)
 
 

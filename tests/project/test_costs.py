@@ -272,3 +272,20 @@ def test_a_dollar_is_the_designs_own_and_no_currency_at_all_is_the_designs(tmp_p
     for design, told in (("AUD", "AUD"), ("EUR", "USD"), ("", "USD")):
         assert {currency_there(line.currency, design) for line in table.lines} == {told}
     assert currency_there("", "EUR") == "EUR"
+
+
+def test_a_point_within_money_is_no_decimal_one_for_commas_between_cells_alone(tmp_path: Path) -> None:
+    """A Google sheet set to German writes commas between cells, and 1234 euros as `1.234 €`."""
+    head = "item,unit,quantity,rate\n"
+    for written in ("1.234 €", "CHF 1.234"):
+        with pytest.raises(CostError, match=r"row 2, rate: '1\.234' could be meant two ways"):
+            costs(tmp_path, f"1,m3,1,{written}", "2,m3,1.5,950 €", head=head)
+    assert [line.rate for line in costs(tmp_path, "1,m3,1,1.234 €", "2,m3,1,12.50 €", head=head).lines] == [1.234, 12.5]
+    assert costs(tmp_path, "1,m3,1.234,310.505", head=head).lines[0].rate == 310.505
+
+
+def test_a_dollar_sign_beside_a_rate_is_the_dollar_that_its_row_names(tmp_path: Path) -> None:
+    table = costs(tmp_path, "1;m3;1;$45.00;CAD", "2;m3;1;CAD 9;", "3;m3;1;7;", head=MONEY)
+    assert [line.currency for line in table.lines] == ["CAD"] * 3
+    with pytest.raises(CostError, match=r"row 3: its rate is in \$, that of row 2 in CAD"):
+        costs(tmp_path, "1;m3;1;$45.00;CAD", "2;m3;1;$9;", head=MONEY)

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from asbuilt_bim.bim.cost_units import currency_of, parted_money
+from asbuilt_bim.bim.cost_units import currency_of, currency_there, parted_money
 from asbuilt_bim.storage.table_file import Cells, TableRow
 
 _SAID = "currency of the rate"
@@ -29,8 +29,10 @@ def currencies_in(rows: Sequence[TableRow], faults: list[str]) -> dict[int, str]
     for row in rows:
         cell, said = row.text("currency").strip(), row.text(_SAID)
         found[row.number] = cell or said
-        if said and cell and currency_of(said) != currency_of(cell):
+        if said and cell and currency_there(said, currency_of(cell)) != currency_of(cell):
             faults.append(f"row {row.number}: its rate is in {said}, its currency is {cell:.10}; correct one of them")
+        elif said:
+            said = cell or said  # `$45` is 45 CAD where its cell says so
         if said and first is None:
             first = row.number, said
         if said and first is not None and currency_of(said) != currency_of(first[1]):
