@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from asbuilt_bim.bim.cells import element_cells
 from asbuilt_bim.bim.model import BimElement, DesignFace
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
@@ -51,15 +52,14 @@ class VisitHistory:
         return None
 
     def as_it_stood(self, element: BimElement) -> ElementProgress | None:
-        """Return what the last visit said of an element; None where nobody saw it, or it has moved or changed since."""
+        """Return what the last visit said of an element; None where nobody saw it, it moved, or it shows other cells."""
         last = self.elements.get(element.global_id)
         if last is None or last.last_seen is None:
             return None
-        if abs(last.design_area_m2 - element.exposed_area_m2) > STILL_M * element.height_m:
-            return None  # as much as one upright edge may move
         frames = {record.face_id: frame_of(record) for record in self.faces.get(element.global_id, ())}
         still = (face.face_id in frames and stands_still(frames[face.face_id], face.frame) for face in element.faces)
-        return last if all(still) else None
+        cells = last.cells_built + last.cells_open + last.cells_unknown + last.cells_conflict
+        return last if cells == element_cells(element).count and all(still) else None
 
 
 EMPTY_HISTORY = VisitHistory(visits=(), faces={}, first_built={}, complete_on={}, elements={}, moves_m={})

@@ -36,12 +36,13 @@ def progress_of(
     state, why = state_of(cells, element.height_m, completion, options, model().limit)
     stations = sorted({name for surface in surfaces for name in surface.stations})
     last = history.elements.get(element.global_id)
-    was = history.as_it_stood(element) if not stations and displaced is None else None
-    disagree = [_disagreement(element, cells, stations)] if conflict else []
+    in_place = displaced is None or displaced.accepted
+    was = history.as_it_stood(element) if not stations and in_place else None
+    told = [_disagreement(element, cells, stations)] if conflict else []
     if was is not None and was.state != "displaced":
         built, conflict = was.cells_built, was.cells_conflict
-        disagree = [note for note in was.notes if note.code is Reason.PHOTOS_DISAGREE]
-        state, why, completion = _not_seen_again(was, why, completion)
+        told = [note for note in was.notes if note.code in (Reason.PHOTOS_DISAGREE, Reason.SEEN_TO_TOP)]
+        state, why, completion = _not_seen_now(was, why, completion)
     elif not stations and completion.best is not None and completion.lower < options.complete_from:
         state, why, completion = "unknown", Reason.NOT_SEEN_AGAIN, replace(completion, best=None)
     elif state != "complete":
@@ -51,9 +52,8 @@ def progress_of(
     seen_unfinished = bool(stations) and is_unfinished(state, completion, options.complete_from)
     doubts = list(doubts_of(element, surfaces, state, options))
     subject = about(SubjectKind.ELEMENT, element.global_id)
-    in_place = displaced is None or displaced.accepted
     because = [noted(why, subject, coverage=completion.coverage)] if why and in_place else []
-    notes = [*because, *doubts, *(note for surface in surfaces for note in surface.notes), *disagree]
+    notes = [*because, *doubts, *(note for surface in surfaces for note in surface.notes), *told]
     seen_built = sum(surface.built_area_m2 for surface in surfaces)
     seen_open = sum(surface.open_area_m2 for surface in surfaces)
     if displaced is not None and displaced.accepted:
@@ -91,7 +91,7 @@ def progress_of(
         last_seen=visit_date if stations else last.last_seen if last else None,
         notes=each_once(notes),
         doubts=each_once(doubts),
-        best_when_seen=_best_when_seen(completion, last, displaced),
+        best_when_seen=_best_when_seen(completion, last) if in_place else None,  # an empty place's is forgotten
         first_built=history.first_built.get(element.global_id, visit_date) if built > 0.0 else None,
         complete_on=history.complete_on.get(element.global_id, visit_date) if sure else None,
         unfinished_on=visit_date if seen_unfinished else last.unfinished_on if last else None,
@@ -137,20 +137,16 @@ def _plain(move_m: FloatArray) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _not_seen_again(
-    was: ElementProgress, why: Reason | None, completion: Completion
-) -> tuple[State, Reason | None, Completion]:
+def _not_seen_now(was: ElementProgress, why: Reason | None, now: Completion) -> tuple[State, Reason | None, Completion]:
     """Return what an element is that no photo shows: what it was, but what was open may have been built since."""
     if was.state == "complete":
         return was.state, None, was.completion
-    why = why if completion.coverage <= 0.0 else Reason.NOT_SEEN_AGAIN
-    return "unknown", why, replace(completion, best=None, lower=was.completion.lower, upper=1.0)
+    why = why if now.coverage <= 0.0 else Reason.NOT_SEEN_AGAIN
+    return "unknown", why, replace(now, best=None, lower=was.completion.lower, upper=1.0)
 
 
-def _best_when_seen(completion: Completion, last: ElementProgress | None, displaced: Displaced | None) -> float | None:
-    """Return the best estimate of the last visit that had one; what was said of an empty place is forgotten."""
-    if displaced is not None and not displaced.accepted:
-        return None
+def _best_when_seen(completion: Completion, last: ElementProgress | None) -> float | None:
+    """Return the best estimate of the last visit that had one."""
     return last.best_when_seen if completion.best is None and last is not None else completion.best
 
 

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import timedelta
 
 import numpy as np
 import pytest
 
-from asbuilt_bim.bim.cells import cell_samples
+from asbuilt_bim.bim.cells import cell_samples, element_cells
 from asbuilt_bim.bim.model import BimElement
 from asbuilt_bim.codes import Reason
+from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import FloatArray
+from asbuilt_bim.match.displaced import Displaced
 from asbuilt_bim.progress.completion.summary import summarise
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
 from asbuilt_bim.progress.options import ProgressOptions
@@ -23,7 +25,7 @@ from asbuilt_bim.progress.states.votes import Votes
 from asbuilt_bim.progress.surface import SurfaceState
 from tests.match.small_site import box, element, model
 from tests.notes import codes
-from tests.progress.states.test_decide import BACK, FRONT, NOTHING, UP_M, WALL, judged
+from tests.progress.states.test_decide import BACK, FRONT, NOTHING, OPTIONS, SAMPLES, UP_M, WALL, judged
 from tests.progress.test_money_and_dates import DAY
 from tests.progress.test_money_and_dates import NOTHING as NO_MATCH
 
@@ -32,8 +34,14 @@ TORN = np.where(FRONT, MOST_NATS, 0.0) + np.where(BACK & (UP_M > 2.0), -MOST_NAT
 WHOLE = np.where(FRONT, MOST_NATS, 0.0)
 
 
-def report(surfaces: Sequence[SurfaceState], history: VisitHistory, of: BimElement = WALL) -> ProgressReport:
-    return summarise(surfaces, NO_MATCH, model([of]), history, DAY + timedelta(days=7 * len(history.visits)))
+def report(
+    surfaces: Sequence[SurfaceState],
+    history: VisitHistory,
+    of: BimElement = WALL,
+    displaced: Mapping[str, Displaced] | None = None,
+) -> ProgressReport:
+    day = DAY + timedelta(days=7 * len(history.visits))
+    return summarise(surfaces, NO_MATCH, model([of]), history, day, displaced=displaced)
 
 
 def seen_once(odds: FloatArray, more: int) -> list[ElementProgress]:
@@ -61,6 +69,12 @@ def test_photos_that_disagree_are_told_as_long_as_nobody_looks_again() -> None:
     assert first.cells_conflict > 0.0 and first.state == "unknown"
     for one in later:
         assert codes(one.notes).count(Reason.PHOTOS_DISAGREE) == 1
+
+
+def test_that_a_wall_was_seen_to_its_top_alone_is_told_as_long_as_nobody_looks_again() -> None:
+    top = FRONT & (UP_M > 1.0) & (SAMPLES.uv_m[:, 0] < 1.5)
+    for one in seen_once(np.where(top, MOST_NATS, 0.0), 2):
+        assert one.state == "complete" and codes(one.notes).count(Reason.SEEN_TO_TOP) == 1
 
 
 def test_a_wall_that_a_revision_moved_is_judged_where_it_is_now() -> None:
@@ -97,3 +111,34 @@ def unseen_again(of: BimElement, history: VisitHistory) -> list[SurfaceState]:
     )  # fmt: skip
     earlier = [history.earlier(of.global_id, face, ProgressOptions()) for face in of.faces]
     return decide_element(of, votes, {}, earlier, ProgressOptions())
+
+
+def test_a_wall_that_a_person_accepts_beside_its_design_stays_what_it_was_too() -> None:
+    where = {"W": Displaced(element="W", move_m=np.array([0.3, 0.0, 0.0]), area_m2=0.0, accepted=True)}
+    for odds in (LOW, TORN, WHOLE):
+        surfaces, history, found = judged(odds), EMPTY_HISTORY, []
+        for _ in range(3):
+            one = report(surfaces, history, displaced=where)
+            found.append(one.elements[0])
+            history, surfaces = remember(history, one), judged(NOTHING, surfaces)
+        first, *later = found
+        for again in later:
+            assert again.completion.lower == first.completion.lower and again.cells_built == first.cells_built
+            assert again.state == ("complete" if first.state == "complete" else "unknown")
+            assert codes(again.notes)[0] is Reason.DISPLACED_ACCEPTED and again.accepted
+
+
+def test_what_a_revision_uncovers_of_a_wall_is_not_complete_for_what_was_seen_of_the_rest() -> None:
+    """Other walls hid all but a metre of its front, in the design that the first visit was judged by."""
+    front, *others = WALL.faces
+    hidden = [replace(face, exposed_uv_m=polygon.EMPTY, exposed_area_m2=0.0) for face in others]
+    seen = replace(front, exposed_uv_m=polygon.box(0, 0, 1.0, 3.0), exposed_area_m2=3.0)
+    before = replace(WALL, faces=(seen, *hidden))
+    odds = np.full(len(cell_samples(before, OPTIONS.spacing_m).face), MOST_NATS)
+    was = report(judged(odds, of=before), EMPTY_HISTORY, before)
+    assert was.elements[0].state == "complete" and was.elements[0].completion.lower == 1.0
+    history = remember(EMPTY_HISTORY, was)
+    now = [history.earlier("W", face, OPTIONS) for face in WALL.faces]
+    one = report(judged(NOTHING, now), history).elements[0]
+    assert one.completion.lower == pytest.approx(0.25, abs=0.05)
+    assert one.cells_built + one.cells_unknown == element_cells(WALL).count

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from asbuilt_bim.bim.cells import cell_samples
+from asbuilt_bim.bim.model import BimElement
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.progress.completion.element import progress_of
@@ -28,15 +29,17 @@ FRONT, BACK, UP_M = SAMPLES.face == 0, SAMPLES.face == 2, SAMPLES.points_m[:, 2]
 NOTHING = np.zeros(len(FRONT))
 
 
-def judged(odds: FloatArray, earlier: Sequence[SurfaceState | None] = (None,) * len(WALL.faces)) -> list[SurfaceState]:
-    """Decide the wall by what a station says of its samples (N,)."""
+def judged(
+    odds: FloatArray, earlier: Sequence[SurfaceState | None] = (None,) * len(WALL.faces), of: BimElement = WALL
+) -> list[SurfaceState]:
+    """Decide a wall by what a station says of its samples (N,)."""
     built, opened = decided(odds)
     no = np.zeros(len(odds), dtype=bool)
     by = {"A1": built | opened} if odds.any() else {}
     votes = Votes(
         built=built, open=opened, log_odds=odds, contradicted=no, decided_by=by, before=no, spoken=(), other_colour={}
     )
-    return decide_element(WALL, votes, {}, earlier, OPTIONS)
+    return decide_element(of, votes, {}, earlier, OPTIONS)
 
 
 def progress(surfaces: Sequence[SurfaceState]) -> ElementProgress:
