@@ -15,9 +15,9 @@ from asbuilt_bim.storage.atomic_write import writing
 Row = TypeVar("Row")
 CsvForm = Literal["comma", "semicolon"]
 """Commas and decimal points, or semicolons and decimal commas: what spreadsheets set to these open."""
-_FORMULA = re.compile("(^[ \u00a0]*|[,;\t])(?=[=+\\-@＝＋－＠\t\r\n])")
-"""Where a formula would begin: also past a separator, where a spreadsheet set to another one divides the cell. The wide
-signs, too: spreadsheets set to Japanese or Chinese take them for the narrow ones."""
+_FORMULA = re.compile("(^[ \u00a0]*(?=[\t\r\n])|(?:^[ \u00a0]*|[,;\t\r\n])(?=[=+\\-@＝＋－＠]))")
+"""Where a formula would begin: also past a separator or a line's end, where a spreadsheet set to another separator
+divides the cell. The wide signs, too: spreadsheets set to Japanese or Chinese take them for the narrow ones."""
 
 
 def write_csv(report: ProgressReport, path: Path) -> None:

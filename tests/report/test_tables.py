@@ -53,7 +53,7 @@ def test_text_that_a_spreadsheet_would_run_gets_an_apostrophe(text):
     assert safe_cell(text).lstrip(" \u00a0").startswith("'")
 
 
-@pytest.mark.parametrize("between", [",", ";", "\t"])
+@pytest.mark.parametrize("between", [",", ";", "\t", "\n", "\r\n"])
 def test_a_spreadsheet_set_to_another_separator_finds_no_formula_within_a_name(between):
     for sign in "=+-@＝":
         for name in (f"W{between}{sign}1+1{between}", f"{between}{sign}1", f"W{between}{between}{sign}1"):
