@@ -17,7 +17,8 @@ def visit_doubts(report: ProgressReport) -> tuple[Note, ...]:
     Storeys are often alike: no photo tells one from the other. But what no task has begun yet rarely stands.
     """
     early = _built_early(report)
-    apart = [one for one in report.elements if any(note.code is Reason.PHOTOS_DISAGREE for note in one.notes)]
+    shown = [one for one in report.elements if one.stations]  # of others an earlier visit's photos disagree
+    apart = [one for one in shown if any(note.code is Reason.PHOTOS_DISAGREE for note in one.notes)]
     subject, notes = about(SubjectKind.VISIT, report.visit_date.isoformat()), list[Note]()
     if len(early) >= FEWEST:
         first = min(begin for _, begin in early)

@@ -108,7 +108,7 @@ def _topics(report: ProgressReport) -> Iterator[Topic]:
         against = tuple(note for note in element.notes if note.code in _CONTRADICTS)
         if off:
             yield _of_element(IssueKind.DEVIATION, element, notes_text(off), report)
-        if against:
+        if against and element.stations:  # else an earlier visit's topic says it, with its photo
             yield _of_element(IssueKind.CONTRADICTION, element, notes_text(against), report)
     yield from _not_in_model(report)
     yield from _next_views(report, elements)

@@ -61,3 +61,5 @@ def test_photos_that_disagree_about_several_elements_may_be_of_several_days() ->
     (note,) = visit_doubts(report_of(elements(FEWEST, HALF, (apart,)), begun))
     assert note.code is Reason.PHOTOS_OF_SEVERAL_DAYS and note.values["count"] == FEWEST
     assert not visit_doubts(report_of(elements(FEWEST - 1, HALF, (apart,)), begun))
+    unseen = tuple(replace(one, stations=()) for one in elements(FEWEST, HALF, (apart,)))  # an earlier visit's note
+    assert not visit_doubts(report_of(unseen, begun))

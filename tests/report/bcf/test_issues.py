@@ -156,6 +156,15 @@ def test_what_a_later_visit_shows_to_be_over_is_closed_and_what_it_did_not_look_
         assert topic.status == status
 
 
+def test_what_photos_disagreed_about_keeps_its_photo_where_no_later_one_shows_it() -> None:
+    report = contradicted()
+    (was,) = [topic for topic in all_topics(report) if topic.kind is IssueKind.CONTRADICTION]
+    element = replace(report.elements[0], stations=())  # its notes stay
+    later = replace(report, elements=(element, *report.elements[1:]), visit_date=date(2026, 5, 4))
+    (topic,) = [one for one in all_topics(later, (report,)) if one.guid == was.guid]
+    assert topic.status == "Open" and topic.camera == was.camera is not None and topic.text.startswith(f"{was.text} ")
+
+
 def test_an_export_with_new_ids_makes_no_new_topics() -> None:
     report = contradicted()
     new = replace(report.elements[0], global_id="1" * 22, former_ids=(report.elements[0].global_id,))
