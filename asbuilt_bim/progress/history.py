@@ -52,7 +52,7 @@ class VisitHistory:
         return None
 
     def as_it_stood(self, element: BimElement) -> ElementProgress | None:
-        """Return what the last visit said of an element; None where nobody saw it, it moved, or it shows other cells."""
+        """Return what the last visit said of an element; None where nobody saw it, it moved, or other cells show."""
         last = self.elements.get(element.global_id)
         if last is None or last.last_seen is None:
             return None
