@@ -5,11 +5,18 @@ from difflib import get_close_matches
 
 from asbuilt_bim.bim.model import CostMeasure
 
+_FOOT, _YARD = 0.3048, 0.9144
 UNITS: dict[str, tuple[CostMeasure, float]] = {
     **dict.fromkeys(("m3", "m³", "cbm", "cum", "m^3"), ("volume", 1.0)),
     **dict.fromkeys(("l", "ltr", "dm3", "dm³"), ("volume", 1e-3)),
+    **dict.fromkeys(("cy", "c.y", "cyd", "cuyd", "cu yd", "cu. yd", "yd3", "yd³", "yd^3"), ("volume", _YARD**3)),
+    **dict.fromkeys(("cf", "c.f", "cft", "cuft", "cu ft", "cu. ft", "ft3", "ft³", "ft^3"), ("volume", _FOOT**3)),
     **dict.fromkeys(("m2", "m²", "qm", "sqm", "m^2"), ("area", 1.0)),
+    **dict.fromkeys(("sy", "s.y", "syd", "sqyd", "sq yd", "sq. yd", "yd2", "yd²", "yd^2"), ("area", _YARD**2)),
+    **dict.fromkeys(("sf", "s.f", "sft", "sqft", "sq ft", "sq. ft", "ft2", "ft²", "ft^2", "sfca"), ("area", _FOOT**2)),
+    "csf": ("area", 100.0 * _FOOT**2),
     **dict.fromkeys(("m", "lm", "lfm", "rm"), ("length", 1.0)),
+    **dict.fromkeys(("lf", "l.f", "lft", "lin ft", "lin. ft", "vlf", "ft"), ("length", _FOOT)),
     "km": ("length", 1000.0),
     "cm": ("length", 0.01),
     "mm": ("length", 0.001),
@@ -17,7 +24,7 @@ UNITS: dict[str, tuple[CostMeasure, float]] = {
     **dict.fromkeys(("st", "stk", "stck", "stück", "stueck", "u"), ("count", 1.0)),
 }
 """What a unit measures, and how many SI units or pieces it is; every other unit is `other`: t, h, lump sum."""
-_SIGNS = {"volume": "m3", "area": "m2", "length": "m", "count": "pcs"}
+_SIGNS = {UNITS[sign]: sign for sign in ("m3", "cy", "cf", "m2", "sy", "sf", "m", "lf", "pcs")}
 _OTHERS = frozenset(("t", "to", "kg", "h", "hr", "hrs", "std", "d", "psch", "ls", "lsum", "lump sum", "sum", "lot"))
 """Units that are meant as they stand, and measure nothing of a wall."""
 _CURRENCIES = {
@@ -50,9 +57,8 @@ def measure_of(unit: str) -> tuple[CostMeasure, float]:
 
 
 def sign_of(unit: str) -> str:
-    """Return the one spelling of a unit that measures volume, area, length or number; any other as it is."""
-    measure, scale = measure_of(unit)
-    return _SIGNS[measure] if measure in _SIGNS and scale == 1.0 else unit
+    """Return the one spelling of a unit that bills are written in, `cy` of `cu. yd.`; any other as it is."""
+    return _SIGNS.get(measure_of(unit), unit)
 
 
 def currency_of(text: str) -> str:

@@ -16,6 +16,7 @@ _MEASURES: dict[str, tuple[Measure, str]] = {
     "IfcQuantityNumber": ("count", ""),  # of IFC4X3, where a count is a whole number
 }
 _PREFIXES: dict[str, float] = ifcopenshell.util.unit.prefixes
+_CONVERTED: dict[str, str] = ifcopenshell.util.unit.unit_symbols
 _SI_SYMBOL = {"volume": "m3", "area": "m2", "length": "m", "count": "pcs"}
 
 
@@ -90,5 +91,7 @@ def unit_symbol(file: Any, measure: Measure, own: Any = None) -> str:
     unit = own or (ifcopenshell.util.unit.get_project_unit(file, kind) if stated else None)
     if unit is None or (unit.is_a("IfcSIUnit") and not unit.Prefix):
         return _SI_SYMBOL[measure]
-    symbol = str(ifcopenshell.util.unit.get_unit_symbol(unit))
-    return symbol.replace("²", "2").replace("³", "3") or str(getattr(unit, "Name", ""))
+    if unit.is_a("IfcConversionBasedUnit"):  # `FOOT` in one exporter's file, `foot` in another's
+        name = str(unit.Name or "")
+        return _CONVERTED.get(name.casefold(), name)
+    return str(ifcopenshell.util.unit.get_unit_symbol(unit)) or str(getattr(unit, "Name", ""))

@@ -152,15 +152,32 @@ def test_a_cost_beyond_all_numbers_is_left_out_and_its_item_named(
 def test_a_cost_in_a_unit_that_cannot_be_is_left_out(builder: ModelBuilder, tmp_path: Path, factor: float) -> None:
     item = builder.cost("typo", [column(builder)], VOLUME, 0.48, 210.0)
     metre = next(unit for unit in builder.file.by_type("IfcSIUnit") if unit.Name == "CUBIC_METRE")
-    item.CostQuantities[0].Unit = builder.make(
+    item.CostQuantities[0].Unit = converted(builder, "bucket", factor, metre)
+    found = design(builder, tmp_path)
+    assert found.cost_lines == () and Reason.COST_UNIT_IMPOSSIBLE in codes(found.notes)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [("CUBIC FOOT", "ft3"), ("cubic foot", "ft3"), ("CUBIC YARD", "yd3"), ("US SURVEY FOOT 3", "US SURVEY FOOT 3")],
+)
+def test_a_converted_unit_has_its_sign_however_an_exporter_writes_it_or_else_its_name(
+    builder: ModelBuilder, tmp_path: Path, name: str, unit: str
+) -> None:
+    item = builder.cost("concrete", [column(builder)], VOLUME, 0.48, 210.0)
+    metre = next(unit for unit in builder.file.by_type("IfcSIUnit") if unit.Name == "CUBIC_METRE")
+    item.CostQuantities[0].Unit = converted(builder, name, 0.5, metre)
+    assert [line.unit for line in design(builder, tmp_path).cost_lines] == [unit]
+
+
+def converted(builder: ModelBuilder, name: str, factor: float, metre: Any) -> Any:
+    return builder.make(
         "IfcConversionBasedUnit",
         Dimensions=builder.make("IfcDimensionalExponents", 3, 0, 0, 0, 0, 0, 0),
         UnitType="VOLUMEUNIT",
-        Name="bucket",
+        Name=name,
         ConversionFactor=builder.make("IfcMeasureWithUnit", builder.make("IfcReal", factor), metre),
     )
-    found = design(builder, tmp_path)
-    assert found.cost_lines == () and Reason.COST_UNIT_IMPOSSIBLE in codes(found.notes)
 
 
 def test_a_number_of_ifc4x3_without_a_unit_is_a_count_and_one_of_kilograms_is_none(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import openpyxl
 import pytest
 
-from asbuilt_bim.bim.cost_units import currency_of, currency_there, meant_unit, parted_money, sign_of
+from asbuilt_bim.bim.cost_units import currency_of, currency_there, meant_unit, measure_of, parted_money, sign_of
 from asbuilt_bim.bim.covers import Cover
 from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.codes import Reason
@@ -188,7 +188,7 @@ def test_the_table_in_the_docs_prices_the_samples_walls_and_columns_without_a_fa
 
 @pytest.mark.parametrize(
     ("unit", "meant"),
-    [("m33", "m3"), ("m22", "m2"), ("t", ""), ("h", ""), ("Std", ""), ("psch", ""), ("m3", ""), ("Stkk", "pcs")],
+    [("m33", "m3"), ("m22", "m2"), ("t", ""), ("h", ""), ("Std", ""), ("psch", ""), ("LF", ""), ("Stkk", "pcs")],
 )
 def test_a_mistyped_unit_is_told_with_the_one_it_may_mean_and_a_real_one_is_not(unit: str, meant: str) -> None:
     assert meant_unit(unit) == meant
@@ -197,6 +197,23 @@ def test_a_mistyped_unit_is_told_with_the_one_it_may_mean_and_a_real_one_is_not(
 def test_one_unit_has_one_sign_however_it_is_spelt() -> None:
     assert {sign_of(unit) for unit in ("Stk", "St.", "pcs", "nr")} == {"pcs"}
     assert (sign_of("cbm"), sign_of("t"), sign_of("km")) == ("m3", "t", "km")
+    assert {sign_of(unit) for unit in ("CY", "Cu. Yd.", "yd³")} == {"cy"}
+    assert [sign_of(unit) for unit in ("SFCA", "ft2", "LF", "CSF")] == ["sf", "sf", "lf", "CSF"]
+
+
+@pytest.mark.parametrize(
+    ("unit", "measure", "in_si"),
+    [
+        ("CY", "volume", 0.764555),
+        ("CF", "volume", 0.0283168),
+        ("SY", "area", 0.836127),
+        ("SF", "area", 0.0929030),
+        ("CSF", "area", 9.29030),
+        ("LF", "length", 0.3048),
+    ],
+)
+def test_units_of_a_bill_in_feet_and_yards_measure_what_they_say(unit: str, measure: str, in_si: float) -> None:
+    assert measure_of(unit) == (measure, pytest.approx(in_si, rel=1e-5))
 
 
 def test_every_spelling_of_a_currency_is_one_and_an_unknown_one_stays(tmp_path: Path) -> None:
