@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Literal
 
+import numpy as np
+
 from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink, WorkCalendar
 from asbuilt_bim.codes import Note
 from asbuilt_bim.geometry.arrays import FloatArray, IntArray
@@ -162,6 +164,18 @@ class BimModel:
     def today(self, global_id: str) -> str:
         """Return the GlobalId that an element has in this design, where an earlier export gave it another one."""
         return self.former_ids.get(global_id, global_id)
+
+    def box_m(self) -> tuple[FloatArray, FloatArray] | None:
+        """Return the lowest and the highest corner (3,) of all elements, world metres; None where none has a body."""
+        vertices = [element.vertices_m for element in self.elements if len(element.vertices_m)]
+        every = np.concatenate(vertices) if vertices else None
+        return None if every is None else (every.min(axis=0), every.max(axis=0))
+
+    def off_box_m(self, points_m: FloatArray) -> FloatArray:
+        """Return how far points (N, 3), world metres, lie from the box of all elements (N,); 0 where it has none."""
+        box = self.box_m()
+        away: FloatArray = np.linalg.norm(points_m - np.clip(points_m, *(box or (points_m, points_m))), axis=1)
+        return away
 
     def element(self, global_id: str) -> BimElement:
         """Return the element of a GlobalId.

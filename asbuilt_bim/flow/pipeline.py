@@ -47,13 +47,12 @@ from asbuilt_bim.project.networks import people_sought
 from asbuilt_bim.project.options import Options
 from asbuilt_bim.project.tables.observations import read_observations
 from asbuilt_bim.project.tables.outlines import Outline, read_outlines, without_outlined
-from asbuilt_bim.project.tables.places import KnownPlaces, known_places
+from asbuilt_bim.project.tables.places import KnownPlaces, check_places, known_places
 from asbuilt_bim.register.by_design.notes import design_notes
 from asbuilt_bim.register.by_design.rough import RoughPlaces
 from asbuilt_bim.register.placement import NO_POINTS, NOTHING, ControlPoint, register
 from asbuilt_bim.register.pose import Placement, StationPose, SurveyedMarker
 from asbuilt_bim.register.scale import scale_doubt
-from asbuilt_bim.register.survey import check_survey
 from asbuilt_bim.report.result.document import read_past
 from asbuilt_bim.scale.executor import one_thread
 from asbuilt_bim.scale.share import AmongProcesses, Share, in_turn
@@ -181,8 +180,7 @@ def run_project(
     observed, unknown = read_observations(project.observations, design) if project.observations else ((), ())
     unknown = (*unknown, *_moved_unknown(project.accept_moved, design))
     known_of = known_places(project, lambda: place_on_map(project))
-    survey = known_of.survey
-    stray = check_survey(survey, design)
+    stray = check_places(known_of, design)
     check_near(project, design)
     progress("read the IFC", 1, 1, ", ".join(path.name for path in project.ifc))
     timer.done("read the IFC")

@@ -95,22 +95,16 @@ def check_survey(survey: Sequence[SurveyedMarker], design: BimModel) -> tuple[Re
     Raises:
         SurveyError: most of the markers do; survey and model are in two coordinate systems or units.
     """
-    vertices = [e.vertices_m for e in design.elements if len(e.vertices_m)]
-    if not vertices or not survey:
+    if not survey or (box := design.box_m()) is None:
         return ()
-    every = np.concatenate(vertices)
-    low, high = every.min(axis=0), every.max(axis=0)
-    found = []
-    for marker in survey:
-        middle = marker.corners_m.mean(axis=0)
-        away = float(np.linalg.norm(middle - np.clip(middle, low, high)))
-        if away > FAR_M:
-            found.append((marker, away))
+    low, high = box
+    away_m = design.off_box_m(np.array([one.corners_m.mean(axis=0) for one in survey]))
+    found = [(one, float(away)) for one, away in zip(survey, away_m, strict=True) if away > FAR_M]
     if 2 * len(found) > len(survey):
         marker, away = found[0]
         raise SurveyError(
             f"the survey: {len(found)} of {len(survey)} markers lie further than {FAR_M:.0f} m from the building of "
-            f"{design.file_name} (marker {marker.marker_id}: {_metres(away)}; the building spans "
+            f"{design.file_name} (marker {marker.marker_id}: {metres(away)}; the building spans "
             f"{_xyz(low)} to {_xyz(high)} m){_offset_hint(survey, low, high)}. Give the survey in the IFC's world "
             "coordinates, in metres (site placement applied, no map conversion)"
         )
@@ -199,5 +193,6 @@ def _xyz(point: FloatArray) -> str:
     return "(" + ", ".join(f"{value:.1f}" for value in point) + ")"
 
 
-def _metres(value: float) -> str:
+def metres(value: float) -> str:
+    """Return a distance over 200 m as people say it."""
     return f"{value:.0f} m" if value < 10_000 else f"{value / 1000:.0f} km"

@@ -27,7 +27,7 @@ from asbuilt_bim.project.model import Project, Visit
 from asbuilt_bim.project.networks import identities
 from asbuilt_bim.project.photos import left_over, stations_of
 from asbuilt_bim.project.read import read_project
-from asbuilt_bim.project.tables.places import known_places
+from asbuilt_bim.project.tables.places import check_places, known_places
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.report.page.check import MADE_BY, check_page, unseen_words
 from asbuilt_bim.report.page.visit import walk_parts
@@ -88,6 +88,7 @@ def check_command(request: CheckRequest, screen: Screen, today: date) -> int:
     today_too = replace(project, visits=(*project.visits, shown))  # its photos say their size, tables name its stations
     places = known_places(today_too, lambda: place_on_map(project))
     design = planned_design(project, cache)
+    check_places(places, design)
     check_near(today_too, design)
     known = known_report(project, design, places.survey, shown.date, request.result)
     with screen.steps() as progress:

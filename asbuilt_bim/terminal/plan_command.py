@@ -9,6 +9,7 @@ from asbuilt_bim.flow.visit_plan import known_report, planned_design, visit_plan
 from asbuilt_bim.project.check import refuse_missing
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.project.tables.places import survey_of
+from asbuilt_bim.register.survey import check_survey
 from asbuilt_bim.report.page.visit import MADE_BY, plan_page, plan_promise, walk_parts
 from asbuilt_bim.terminal.check_command import check_page_place, write_page
 from asbuilt_bim.terminal.open_cache import open_cache
@@ -39,6 +40,7 @@ def plan_command(request: PlanRequest, screen: Screen, today: date) -> int:
     cache = open_cache(screen)
     survey = survey_of(project)
     design = planned_design(project, cache)
+    check_survey(survey, design)
     with screen.steps() as progress:
         rig = rig_of(project, cache, progress).rig
     day = request.day or today

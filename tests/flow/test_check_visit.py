@@ -293,6 +293,20 @@ def test_a_network_that_a_run_would_refuse_is_refused_before_anybody_leaves(
     assert "tiny.onnx" in done.output and not (tmp_path / "page.html").exists()
 
 
+def test_a_survey_that_a_run_would_refuse_is_refused_before_anybody_leaves(project: Project, tmp_path: Path) -> None:
+    folder = shutil.copytree(project.folder, tmp_path / "site")
+    assert project.survey is not None
+    survey = folder / project.survey.relative_to(project.folder)
+    head, *rows = survey.read_text(encoding="utf-8").split()
+    on_map = [[*row.split(",")[:2], *(f"{float(cell) + 1e5:.4f}" for cell in row.split(",")[2:])] for row in rows]
+    survey.write_text("\n".join([head, *map(",".join, on_map)]), encoding="utf-8")
+    file, page = str(folder / project.path.name), str(tmp_path / "page.html")
+    checked = run(photos(tmp_path / "today", "G1"), "--project", file, "--out", page)
+    planned = CliRunner().invoke(app, ["plan", "--project", file, "--out", page])
+    for done in (checked, planned):
+        assert done.exit_code == 1 and "lie further than 200 m from the building" in done.output
+
+
 def test_the_plan_command_lists_as_many_stations_as_asked_for_and_writes_the_page(
     project: Project, tmp_path: Path
 ) -> None:

@@ -14,7 +14,8 @@ from asbuilt_bim.errors import ProjectError, SurveyError
 from asbuilt_bim.geometry.transform import apply, rigid
 from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.read import read_project
-from asbuilt_bim.project.tables.places import KnownPlaces, known_places, looking
+from asbuilt_bim.project.tables.places import KnownPlaces, check_places, known_places, looking
+from tests.match.small_site import FAR, box, element, model
 
 DAY = date(2026, 3, 2)
 HEAD = "date,station,x_m,y_m,z_m,bearing_deg,pitch_deg,roll_deg,sigma_m,sigma_deg\n"
@@ -143,3 +144,22 @@ def test_clicked_points_go_through_the_lens_model_into_the_rectified_photo(tmp_p
     ray = rig().left.rays(np.array([[700.0, 500.0]]))[0]
     np.testing.assert_allclose(seen.camera.project(apply(np.eye(4), ray)), point.left_px)
     assert known.clicked(date(2027, 1, 1), rig(), []) == {}
+
+
+@pytest.mark.parametrize(("metres", "refused"), [(1.0, False), (3.2808, True)])
+def test_poses_far_from_the_building_are_refused_and_not_taken_for_another_sites_photos(
+    tmp_path: Path, metres: float, refused: bool
+) -> None:
+    design = model([element("W", "wall", box(0, 0, 0, 3, 0.25, 3))])
+    x, y, z = metres * FAR
+    known = places(tmp_path, f"2026-03-02,A1,{x},{y},{z},0,0,0,0.01,0.1\n")
+    with pytest.raises(SurveyError, match=r"poses: 1 of 1 lie .* \(A1: .*in metres") if refused else nullcontext():
+        assert check_places(known, design) == ()
+
+
+def test_clicked_points_far_from_the_building_are_refused(tmp_path: Path) -> None:
+    design = model([element("W", "wall", box(0, 0, 0, 3, 0.25, 3))])
+    (tmp_path / "points.csv").write_text("station,point,x_m,y_m,z_m,x_px,y_px\nA1,P1,1,2,3,700,500\n", encoding="utf-8")
+    known = known_places(project(tmp_path, "control_points: points.csv\n"), lambda: (np.eye(4), 1.0))
+    with pytest.raises(SurveyError, match=r"control_points: 1 of 1 lie .*\(P1: "):
+        check_places(known, design)

@@ -8,15 +8,22 @@ from typing import TypeVar
 
 import numpy as np
 
+from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.errors import SurveyError
+from asbuilt_bim.errors import Rejection, SurveyError
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import inverse, rigid, rotation_from_vector
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.project.model import Project
 from asbuilt_bim.register.placement import ControlPoint, given_pose, levelled
 from asbuilt_bim.register.pose import StationPose, SurveyedMarker
-from asbuilt_bim.register.survey import MAX_COORDINATE_M, read_survey
+from asbuilt_bim.register.survey import (
+    FAR_M,
+    MAX_COORDINATE_M,
+    check_survey,
+    metres,
+    read_survey,
+)
 from asbuilt_bim.storage.table_file import Columns, TableFile, TableRow, day_in, number_in, read_table, refused_rows
 
 POSES: Columns = {
@@ -145,6 +152,27 @@ def known_places(project: Project, on_map: Callable[[], tuple[FloatArray, float]
         needed = ("station", "point", "x_m", "y_m", "z_m", "x_px", "y_px")
         points = _rows(project, project.control_points, POINTS, needed, _point)
     return KnownPlaces(survey=survey_of(project), poses=poses, points=points)
+
+
+def check_places(places: KnownPlaces, design: BimModel) -> tuple[Rejection, ...]:
+    """Name the surveyed markers that lie far from the design's building.
+
+    Raises:
+        SurveyError: most markers, given poses or clicked points do: they are of other coordinates or in another unit.
+    """
+    stray = check_survey(places.survey, design)
+    poses = [(one.station, one.world_from_left[:3, 3]) for one in places.poses]
+    points = [(one.point, one.world_m) for one in places.points]
+    for key, given in (("poses", poses), ("control_points", points)):
+        away_m = design.off_box_m(np.array([at for _, at in given]).reshape(-1, 3))
+        far = [(name, away) for (name, _), away in zip(given, away_m, strict=True) if away > FAR_M]
+        if 2 * len(far) > len(given):
+            raise SurveyError(
+                f"{key}: {len(far)} of {len(given)} lie further than {FAR_M:.0f} m from the building of "
+                f"{design.file_name} ({far[0][0]}: {metres(far[0][1])}). Give them in metres, in the IFC's world "
+                "coordinates; poses with `coordinates: map` in those of its IfcMapConversion"
+            )
+    return stray
 
 
 def _rows(
