@@ -9,6 +9,7 @@ from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, about, noted
 from asbuilt_bim.errors import ScheduleError
 from asbuilt_bim.schedule.rows import ScheduleRow, at_time, global_ids, listed, moment
 from asbuilt_bim.storage.csv_file import csv_table
+from asbuilt_bim.storage.table_file import in_excel
 
 DURATIONS = ("duration", "plannedduration", "originalduration", "remainingduration", "days", "dauer")
 COLUMNS = {
@@ -117,8 +118,8 @@ def _date(written: str, end: bool, number: int, faults: list[str]) -> datetime |
     if when is None:
         shown = written if len(written) <= 40 else written[:37] + "..."
         faults.append(
-            f"line {number}: '{shown}' is no date; write 2026-03-02 or 02.03.2026 (what 03/02 means differs by "
-            "country), or give the plan as XML, as MS Project and P6 save it"
+            f"line {number}: '{shown}' is no date; write 2026-03-02 or 02.03.2026{in_excel(shown)}; "
+            "what 03/02 means differs by country, or give the plan as XML, as MS Project and P6 save it"
         )
     return when
 

@@ -190,8 +190,13 @@ def day_in(row: TableRow, column: str) -> date | None:
         return cell
     text = str(cell).strip()
     if text and (day := written_day(text)) is None:
-        raise ValueError(f"'{text[:40]}' is no day; write 2026-03-16")
+        raise ValueError(f"'{text[:40]}' is no day; write 2026-03-16{in_excel(text)}")
     return day if text else None
+
+
+def in_excel(text: str) -> str:
+    """Return how Excel leaves a day as it was typed, "" where it isn't 3/16/2026, as an English one writes it anew."""
+    return " (in Excel: Format Cells, Custom, yyyy-mm-dd)" if text.count("/") == 2 else ""
 
 
 def written_day(text: str) -> date | None:

@@ -57,7 +57,7 @@ def test_an_element_is_known_by_its_global_id_or_by_a_name_of_its_own(tmp_path: 
         ("W1,2026-03-02,not complete,,Ann,", "state 'not complete' is unknown; write complete"),
         ("W1,2026-03-02,complete,40,Ann,", "says complete and 40 %"),
         ("W1,2026-03-02,complete,,,", "by whom"),
-        ("W1,02/03/2026,complete,,Ann,", "is no day"),
+        ("W1,02/03/2026,complete,,Ann,", "is no day; write 2026-03-16 .in Excel: .*yyyy-mm-dd"),
         ("W1,2026-03-02,,140,Ann,", "no percentage"),
     ],
 )

@@ -212,7 +212,10 @@ def test_a_sign_for_inches_in_a_name_is_no_quotation(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("id,name,start,finish\nA,B,03/02/2026,2026-03-04\n", "line 2: '03/02/2026' is no date"),
+        (
+            "id,name,start,finish\nA,B,03/02/2026,2026-03-04\n",
+            "line 2: '03/02/2026' is no date; .*in Excel: .*yyyy-mm-dd",
+        ),
         ("id,name,start,finish\nA,B,2026-03-05,2026-03-04\n", "line 2: finish 2026-03-04 is before start"),
         ("id,name,start,finish\n,,2026-03-05,2026-03-06\n", "neither an id nor a name"),
         ("task,begin\nA,2026-03-05\n", "names no column start, finish"),
