@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 
 from asbuilt_bim.codes import Reason
+from asbuilt_bim.register.print_shape import SHAPE_SHARE, UNIT_MISTAKES
 from asbuilt_bim.report.wording.words import Table, Values, Words, fill
 
 MEANINGLESS = 1.0
@@ -140,7 +141,9 @@ def _lengths(values: Values) -> Words:
     kinds, wrong = _names(values, "kinds"), _names(values, "wrong")
     sigmas, limits = _numbers(values, "sigmas"), _numbers(values, "limit_shares")
     each = dict(zip(kinds, _each(values), strict=True))
-    off = [f"{each[kind]} (± {100 * sigma:.1f} %)" for kind, sigma in zip(kinds, sigmas, strict=True) if kind in wrong]
+    units = ["" if "asked_baseline_m" in values else _in_unit(ratio) for ratio in _numbers(values, "ratios")]
+    told = zip(kinds, sigmas, units, strict=True)
+    off = [f"{each[kind]} (± {100 * sigma:.1f} %){unit}" for kind, sigma, unit in told if kind in wrong]
     others = ", ".join(text for kind, text in each.items() if kind not in wrong)
     remedy, beside = "measure the disc and the prints; if they are right, calibrate the rig again", "others don't"
     if "asked_baseline_m" in values:
@@ -158,6 +161,12 @@ def _lengths(values: Values) -> Words:
 def _each(values: Values) -> Iterator[str]:
     for kind, ratio in zip(_names(values, "kinds"), _numbers(values, "ratios"), strict=True):
         yield f"{kind} {100 * (ratio - 1):+.1f} %"
+
+
+def _in_unit(ratio: float) -> str:
+    """Say which unit lengths were given in that come out so many times as long, "" where none fits."""
+    units = [unit for factor, unit in UNIT_MISTAKES.items() if abs(ratio * factor - 1.0) < SHAPE_SHARE]
+    return f", as numbers in {units[0]} do" if units else ""
 
 
 def _cause(values: Values) -> str:

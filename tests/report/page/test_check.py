@@ -94,3 +94,15 @@ def test_a_wrong_scale_says_first_which_number_is_wrong_and_reads_right_for_too_
         "for 0.0798 m; known lengths come out 0.426 times as long as they are: target's diameter -57.4 %"
     )
     assert words.remedy == "correct that number; no new photos are needed"
+
+
+@pytest.mark.parametrize(("ratio", "unit"), [(0.3052, "feet"), (0.0254, "inches"), (0.98, "")])
+def test_lengths_given_in_another_unit_are_told_by_it_where_the_rig_is_right(ratio: float, unit: str) -> None:
+    lengths = rejected(
+        Reason.LENGTHS_DOUBTFUL, about(SubjectKind.RIG), ratio=ratio, sigma=0.01, wrong=("markers' distances",),
+        kinds=("target's diameter", "markers' distances"), ratios=(1.004, ratio), sigmas=(0.01, 0.001),
+        limit_shares=(0.026, 0.015),
+    )  # fmt: skip
+    words = words_of(lengths)
+    assert (f"%), as numbers in {unit} do; others don't: target's diameter +0.4 %" in words.reason) == bool(unit)
+    assert ("as numbers in" in words.reason) == bool(unit) and "(markers.survey)" in words.remedy
