@@ -15,7 +15,8 @@ def sheets() -> None:
 
 
 _PDF = click.option("--out", type=FilePath(), required=True, metavar="FILE.pdf", help="The PDF file to write.")
-_PAPER = click.option("--paper", type=click.Choice(["A4", "A3"]), default="A4", help="What doesn't fit goes in tiles.")
+_PAPERS = click.Choice(["A4", "A3", "Letter", "Tabloid"], case_sensitive=False)
+_PAPER = click.option("--paper", type=_PAPERS, default="A4", help="What doesn't fit goes in tiles.")
 _REPLACE = click.option("--replace", is_flag=True, help="Replace FILE.pdf if it exists.")
 
 

@@ -40,7 +40,12 @@ class Paper:
 
 PAPERS = {
     name: Paper(name=name, width_m=width, height_m=height)
-    for name, width, height in (("A4", 0.210, 0.297), ("A3", 0.297, 0.420))
+    for name, width, height in (
+        ("A4", 0.210, 0.297),
+        ("A3", 0.297, 0.420),
+        ("Letter", 0.2159, 0.2794),
+        ("Tabloid", 0.2794, 0.4318),
+    )
 }
 
 

@@ -159,3 +159,10 @@ def test_the_command_says_how_many_sheets_there_are_and_of_what_no_sheet_holds_t
     assert "12 sheets of A4" in large and "each goes in 4 tiles" in large
     small = CliRunner().invoke(app, [*call, str(tmp_path / "small.pdf"), "--size", "0.1"]).output
     assert "3 sheets of A4" in small and "tiles" not in small
+
+
+def test_the_command_prints_on_american_paper(tmp_path: Path) -> None:
+    out = tmp_path / "tags.pdf"
+    done = CliRunner().invoke(app, ["print", "tags", "--ids", "0", "--paper", "letter", "--out", str(out)])
+    assert done.exit_code == 0 and "1 sheet of Letter" in done.output
+    assert pdfium.PdfDocument(out.read_bytes())[0].get_size() == pytest.approx((612.0, 792.0))  # 8.5 x 11 inches
