@@ -139,12 +139,15 @@ def lines_of(rows: list[Said]) -> list[Line]:
     pairs = [(a, b) for a, b in pairwise(rows) if a.element == b.element]
     empty = [(a, b) for a, b in pairs if not b.shown]
     seen = [one for one in rows if one.shown]
+    off = np.array([abs(one.best - one.truth) for one in seen if one.best is not None] or [0.0])
     return [
         _few('"at least" over the truth', [r for r in rows if r.lower > r.truth + ROUNDED], len(rows)),
         _few('"possibly" under the truth', [r for r in rows if r.upper < r.truth - ROUNDED], len(rows)),
         _none("complete, and it isn't", [r for r in rows if r.state == "complete" and r.truth < 0.95], len(rows)),
         _none('"at least" moves without a photo', [a for a, b in empty if a.lower != b.lower], len(empty)),
         _none("complete without a photo", [a for a, b in empty if b.state == "complete" != a.state], len(empty)),
+        told("best estimate off where a visit shows it: mean, 95 %",
+             ", ".join(f"{100.0 * one:.1f}" for one in (np.mean(off), np.percentile(off, 95))) + " points", len(off)),
         told("not started, and more than a kicker stands where no photo looks",
              f"{sum(r.state == 'not started' and r.truth > 0.06 for r in seen)}", len(seen)),
         told('"at least" falls by over 3 points at a visit with photos',

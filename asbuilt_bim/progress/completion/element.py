@@ -39,7 +39,7 @@ def progress_of(
     in_place = displaced is None or displaced.accepted
     was = history.as_it_stood(element) if not stations and in_place else None
     told = [_disagreement(element, cells, stations)] if conflict else []
-    if was is not None and was.state != "displaced":
+    if was is not None:
         built, conflict = was.cells_built, was.cells_conflict
         told = [note for note in was.notes if note.code in (Reason.PHOTOS_DISAGREE, Reason.SEEN_TO_TOP)]
         state, why, completion = _not_seen_now(was, why, completion)

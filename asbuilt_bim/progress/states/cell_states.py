@@ -131,7 +131,7 @@ def shown_rows(
     """Return what each side shows in each row: how many samples are built, open, measured as a face, and how clearly.
 
     An element of which nothing is known shows no side. Of a row that a side shows too little of, only the log-odds are
-    told; where more of it was open when it was last seen, nothing of it is built. What is `unforgotten` counts as open.
+    told. What is `unforgotten` counts as open, where it was so when it was last seen.
     """
     if not any(surface.built_uv_m or surface.open_uv_m or surface.was_open_uv_m for surface in surfaces):
         nothing = np.zeros((0, *rows_shape(element, options.spacing_m)))
@@ -158,7 +158,6 @@ def shown_rows(
     odds = np.array(each)
     if not unforgotten:
         odds = np.where((was > 0.0) & (of_open == 0.0), np.maximum(odds, 0.0), odds)
-    of_built *= of_built + of_open >= was
     enough = of_built + of_open >= options.shown_share * every
     return Shown(
         built=of_built * enough, open=of_open * enough, measured=np.minimum(measured, of_built) * enough, log_odds=odds

@@ -105,12 +105,13 @@ def _past(
 def _risen(sides: Sequence[Side], opened: BoolArray, built: BoolArray, votes: Votes, least_share: float) -> BoolArray:
     """Say which rows (nx, rows) are open no more: those that any side shows built now, and all under them.
 
-    Where most rows that were open and are seen again are built now, the rest may well be, too: then it is all of them.
+    Where most of what was open has risen in the lines that show any of it, the rest may well have, too: then it is all
+    of them.
     """
     now = and_under(showing(sides, votes.built, votes.open, least_share))
-    still = showing(sides, votes.open, votes.built, least_share) & ~now
     was = showing(sides, opened, built, least_share)
-    return now | bool((was & now).sum() > (was & still).sum())
+    not_yet = was & ~now & now.any(axis=1, keepdims=True)
+    return now | bool((was & now).sum() > not_yet.sum())
 
 
 def _face_state(

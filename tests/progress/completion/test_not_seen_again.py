@@ -17,11 +17,8 @@ from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.match.displaced import Displaced
 from asbuilt_bim.progress.completion.summary import summarise
 from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
-from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import ElementProgress, ProgressReport
-from asbuilt_bim.progress.states.decide import decide_element
 from asbuilt_bim.progress.states.likelihood import MOST_NATS
-from asbuilt_bim.progress.states.votes import Votes
 from asbuilt_bim.progress.surface import SurfaceState
 from tests.match.small_site import box, element, model
 from tests.notes import codes
@@ -103,14 +100,8 @@ def test_a_wall_that_a_revision_made_longer_or_higher_is_not_complete_before_som
 
 def unseen_again(of: BimElement, history: VisitHistory) -> list[SurfaceState]:
     """Return the faces of an element of which a visit sees nothing, with what is known of where they are now."""
-    count = len(cell_samples(of, ProgressOptions().spacing_m).face)
-    no = np.zeros(count, dtype=bool)
-    votes = Votes(
-        built=no, open=no, log_odds=np.zeros(count), contradicted=no, decided_by={}, before=no, spoken=(),
-        other_colour={},
-    )  # fmt: skip
-    earlier = [history.earlier(of.global_id, face, ProgressOptions()) for face in of.faces]
-    return decide_element(of, votes, {}, earlier, ProgressOptions())
+    earlier = [history.earlier(of.global_id, face, OPTIONS) for face in of.faces]
+    return judged(np.zeros(len(cell_samples(of, OPTIONS.spacing_m).face)), earlier, of=of)
 
 
 def test_a_wall_that_a_person_accepts_beside_its_design_stays_what_it_was_too() -> None:

@@ -26,6 +26,7 @@ WALL = element("W", "wall", box(0, 0, 0, 4.0, 0.25, 3.0))
 OPTIONS = ProgressOptions()
 SAMPLES = cell_samples(WALL, OPTIONS.spacing_m)
 FRONT, BACK, UP_M = SAMPLES.face == 0, SAMPLES.face == 2, SAMPLES.points_m[:, 2] - FAR[2]
+ALONG_M = SAMPLES.points_m[:, 0] - SAMPLES.points_m[:, 0].min()
 NOTHING = np.zeros(len(FRONT))
 
 
@@ -109,3 +110,27 @@ def test_what_hangs_over_what_is_open_is_complete_at_no_later_visit() -> None:
     assert progress(seen).state == "part"
     assert progress(judged(NOTHING, seen)).state == "unknown"
     assert progress(judged(np.where(BACK & (UP_M < 1.0), MOST_NATS, 0.0), seen)).state != "complete"
+
+
+def test_what_was_open_over_what_another_side_shows_built_holds_the_best_estimate_back() -> None:
+    """The back was open in winter; in spring the front's foot alone is seen, built."""
+    foot = np.where(FRONT & (UP_M < 1.0), MOST_NATS, 0.0)
+    held, afresh = progress(judged(foot, judged(np.where(BACK, -MOST_NATS, 0.0)))), progress(judged(foot))
+    assert held.completion.best == pytest.approx(1.0 / 3.0, abs=0.05) and afresh.completion.best == 1.0
+    assert held.completion.lower <= 1.0 / 3.0 + 0.03 and held.completion.upper == 1.0
+
+
+def test_where_most_of_what_was_open_has_risen_the_rest_is_taken_for_open_no_more() -> None:
+    """The front was open in winter; in spring photos show a part of its length, built to the top, or half open."""
+    winter, part = judged(np.where(FRONT, -MOST_NATS, 0.0)), FRONT & (ALONG_M < 1.6)
+    risen = judged(np.where(part, MOST_NATS, 0.0), winter)
+    low = judged(np.where(part, np.where(UP_M < 1.2, MOST_NATS, -MOST_NATS), 0.0), winter)
+    assert not risen[0].was_open_uv_m and progress(risen).completion.best == 1.0
+    assert polygon.area(low[0].was_open_uv_m) == pytest.approx(2.4 * 3.0, abs=0.3)
+
+
+def test_a_glimpse_of_a_row_takes_nothing_of_what_was_open_under_it() -> None:
+    """One sample in five of the front's top looks built: too little for its rows to be shown."""
+    glimpse = FRONT & (UP_M > 2.5) & (np.floor(ALONG_M / OPTIONS.spacing_m) % 5 == 0)
+    seen = judged(np.where(glimpse, MOST_NATS, 0.0), judged(np.where(BACK, -MOST_NATS, 0.0)))
+    assert polygon.area(seen[2].was_open_uv_m) == pytest.approx(4.0 * 3.0, abs=0.01)
