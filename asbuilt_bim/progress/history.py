@@ -122,8 +122,8 @@ def _reprojected(record: DesignFaceRecord, face: DesignFace, options: ProgressOp
 
     surface = record.surface
     built, opened = carried(surface.built_uv_m), carried(surface.open_uv_m)
-    outline, was_open = carried(surface.outline_uv_m), carried(surface.was_open_uv_m)
-    if not built and not opened and not outline and not was_open:
+    outline = carried(surface.outline_uv_m)
+    if not built and not opened and not outline:
         return None
     stretch = new.radius_m / old.radius_m if isinstance(new, CylinderFrame) and isinstance(old, CylinderFrame) else 1.0
     before = polygon.area(surface.outline_uv_m) * stretch  # a smaller face keeps its share of what was measured
@@ -134,7 +134,6 @@ def _reprojected(record: DesignFaceRecord, face: DesignFace, options: ProgressOp
         face_id=face.face_id,
         built_uv_m=built,
         open_uv_m=opened,
-        was_open_uv_m=was_open,
         outline_uv_m=outline,
         row_log_odds=None,  # its rows are others
         built_area_m2=polygon.area(built),

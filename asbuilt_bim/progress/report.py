@@ -96,6 +96,7 @@ class ElementProgress:
     zones: tuple[str, ...] = ()  # names of the zones that it lies in
     tolerance: ToleranceCheck | None = None  # None where the project names none
     former_ids: tuple[str, ...] = ()  # GlobalIds that earlier exports gave it
+    level_evidence: FloatArray | None = None  # log-likelihood of each level by all visits, (lines, rows + 1)
 
     @property
     def shown_state(self) -> ShownState:

@@ -38,9 +38,8 @@ class SurfaceState:
     doubts: tuple[Note, ...] = ()  # of the notes, what to look at before it is paid for
     gone_area_m2: float = 0.0  # an earlier visit saw it built, and it looks open now
     whole: bool = False  # its as-built area is of stations which saw it whole, now, or earlier with nothing of it open
-    was_open_uv_m: tuple[tuple[FloatArray, ...], ...] = ()  # of the unknown, what was open when it was last seen
     tilt_sigma_rad: float | None = None
-    row_log_odds: FloatArray | None = None  # how clearly each row of its cells is built, or open: see states/rows.py
+    row_log_odds: FloatArray | None = None  # how clearly this visit shows each row of its cells built, or open
     border_m: float = 0.0  # how far the borders of built and open may lie elsewhere, since lengths are doubtful
 
 
@@ -62,5 +61,4 @@ def knows_anything(state: SurfaceState | None) -> bool:
     """Say whether an earlier state tells more than that nothing is known: of such a face a visit has to decide anew."""
     if state is None:
         return False
-    seen = (state.built_uv_m, state.open_uv_m, state.was_open_uv_m, state.outline_uv_m)
-    return any(seen) or state.as_built_area_m2 is not None
+    return any((state.built_uv_m, state.open_uv_m, state.outline_uv_m)) or state.as_built_area_m2 is not None

@@ -55,12 +55,16 @@ LEAST = 1e-4  # that a chance counts as: one row never outweighs all others
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Row:
-    """What an element showed after a visit, and what is true of it; `built` (rows,) in shares."""
+    """What an element showed after a visit, and what is true of it; `built` (rows,) in shares.
+
+    `before` is the evidence of earlier visits, by the model that lies in the package.
+    """
 
     site: str
     element: BimElement
     options: ProgressOptions
     shown: Shown
+    before: FloatArray | None
     built: FloatArray
     truth: Mapping[str, Any]
 
@@ -69,13 +73,14 @@ def rows_of(site: Site) -> Iterator[Row]:
     """Judge a site, note what each element's faces showed, and lay the truth beside it."""
     history = EMPTY_HISTORY
     for measured, rejections, survey, design, day, of, placing in site.asked:
-        noted: dict[str, tuple[BimElement, Sequence[SurfaceState]]] = {}
+        noted: dict[str, tuple[BimElement, Sequence[SurfaceState], FloatArray | None]] = {}
 
         def judging(
-            element: BimElement, surfaces: Sequence[SurfaceState], of: ProgressOptions, keep: Any = noted
-        ) -> CellStates:
-            keep.setdefault(element.global_id, (element, surfaces))
-            return cell_states(element, surfaces, of)
+            element: BimElement, surfaces: Sequence[SurfaceState], of: ProgressOptions,
+            before: FloatArray | None = None, keep: Any = noted,
+        ) -> CellStates:  # fmt: skip
+            keep[element.global_id] = (element, surfaces, before)
+            return cell_states(element, surfaces, of, before)
 
         with patch.object(of_element, "cell_states", judging):
             judged = pipeline.monitor(measured, rejections, survey, design, history, day, of, **placing)
@@ -83,13 +88,14 @@ def rows_of(site: Site) -> Iterator[Row]:
         displaced = {one.global_id for one in judged.elements if one.state == "displaced"}
         visit = next(one for one in site.truth["visits"] if one["date"] == day.isoformat())
         for truth in visit["elements"]:
-            element, surfaces = noted[truth["global_id"]]
+            element, surfaces, before = noted[truth["global_id"]]
             shown = shown_rows(element, surfaces, of.progress)
             if truth["global_id"] not in displaced:
                 rows = shown.built.shape[2]
                 built = np.clip(truth["height_fraction"] * rows - np.arange(rows), 0.0, 1.0)
                 yield Row(
-                    site=site.name, element=element, options=of.progress, shown=shown, built=built, truth=truth
+                    site=site.name, element=element, options=of.progress, shown=shown, before=before, built=built,
+                    truth=truth,
                 )  # fmt: skip
 
 
@@ -104,7 +110,7 @@ def score(rows: Sequence[Row], fitted: Model) -> float:
 
 def _chances(row: Row, fitted: Model) -> tuple[FloatArray, FloatArray]:
     """Return how likely each row of an element's cells is built (M,), and what share of it is."""
-    chance = levels(row.shown, (row.element.length_m, row.element.height_m), fitted).built()
+    chance = levels(row.shown, (row.element.length_m, row.element.height_m), fitted, row.before).built()
     real = element_cells(row.element).weight > 0.0
     of_cells = np.repeat(real, chance.shape[1] // real.shape[1], axis=1)
     return chance[of_cells], np.broadcast_to(row.built, chance.shape)[of_cells]
@@ -170,7 +176,7 @@ class Said:
 
 def said(row: Row, fitted: Model) -> Said:
     """Judge an element as the program does."""
-    cells = decided_cells(row.element, row.shown, fitted)
+    cells = decided_cells(row.element, row.shown, fitted, row.before)
     of = of_element.completion_by_cells(cells, row.options)
     state, _ = of_element.state_of(cells, row.element.height_m, of, row.options, fitted.limit)
     return Said(state=state, lower=of.lower, upper=of.upper, truth=row.truth)

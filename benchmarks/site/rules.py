@@ -77,10 +77,6 @@ def _everywhere(rows: Any) -> Any:
     return np.ones_like(rows)
 
 
-def _nowhere(sides: Any, *_: Any) -> Any:
-    return np.zeros(sides[0].shape if sides else (0, 0), dtype=bool)
-
-
 RULES = (
     Rule(name="patches before the design", module=features, function="_before", instead=none_of),
     Rule(
@@ -89,7 +85,6 @@ RULES = (
     Rule(name="bars by size and depth", module=outlines, function="looks_like_bars", instead=lambda *_: False),
     Rule(name="nothing is certain that nobody saw", module=cell_states, function="and_under", instead=_everywhere),
     Rule(name="whole held against what is built", module=decide, function="_past_outline", instead=lambda *_: 0.0),
-    Rule(name="what was open has risen", module=decide, function="_risen", instead=_nowhere),
     Rule(name="faces past their design", module=decide, function="past_design", instead=lambda *_: []),
     Rule(name="colour in place of a veto", module=votes, function="weigh_colour", instead=lambda *_: None),
     Rule(

@@ -1,14 +1,12 @@
 """Rows of a face that are as clear as one likes, for tests that say by hand what is built and open."""
 
-import numpy as np
-
 from asbuilt_bim.bim.cells import cell_samples
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.geometry.polygon import Region
 from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.likelihood import MOST_NATS
-from asbuilt_bim.progress.states.rows import Before, row_log_odds, sides_of
+from asbuilt_bim.progress.states.rows import row_log_odds, sides_of
 
 SPACING_M = ProgressOptions().spacing_m
 
@@ -17,7 +15,5 @@ def clearly(of: object, index: int, built: Region, opened: Region, nats: float =
     """Return a face's rows as they are where its samples are so clear."""
     samples = cell_samples(of, SPACING_M)  # type: ignore[arg-type]
     is_built, is_open = (polygon.contains(region, samples.uv_m) for region in (built, opened))
-    nothing = np.zeros(len(samples.face), dtype=bool)
     sides = [side for side in sides_of(of, SPACING_M) if side.face == index]  # type: ignore[arg-type]
-    before = Before(built=nothing, stands=nothing, open=nothing, rows=None)
-    return row_log_odds(sides, nats * (is_built * 1.0 - is_open), before)
+    return row_log_odds(sides, nats * (is_built * 1.0 - is_open))

@@ -375,11 +375,11 @@ def _cut(face: MeasuredFace) -> MeasuredFace:
     return replace(face, cut_by_frame=True)
 
 
-def test_what_is_gone_says_nothing_and_what_stands_under_it_is_as_clear_as_stations_ever_are() -> None:
+def test_rows_are_what_this_visit_shows_and_no_clearer_than_stations_ever_are() -> None:
     first, seen = visit(*(see([WALL, BACKDROP], 2.8, name=f"A{number}") for number in range(3)))
     rows = seen["W-0"].row_log_odds
     assert rows is not None and (rows == MOST_NATS).all()
     half = box(0, 0, 0, 3.0, 0.25, 1.4)
     _, later = visit(see([half, BACKDROP], 1.4), history=remember(EMPTY_HISTORY, first), day=date(2026, 4, 1))
     rows = later["W-0"].row_log_odds
-    assert rows is not None and (rows[:, :25] == MOST_NATS).all() and (rows[:, 29:] == 0.0).all()
+    assert rows is not None and (rows[:, :25] > 0.0).all() and (rows[:, 29:] < 0.0).all()

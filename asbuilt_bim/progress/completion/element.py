@@ -17,7 +17,7 @@ from asbuilt_bim.progress.report import Completion, ElementProgress, State
 from asbuilt_bim.progress.states.cell_states import CellStates, cell_states
 from asbuilt_bim.progress.states.doubts import doubts_of
 from asbuilt_bim.progress.states.pour import model
-from asbuilt_bim.progress.surface import SurfaceState
+from asbuilt_bim.progress.surface import SurfaceState, unseen
 
 
 def progress_of(
@@ -29,7 +29,7 @@ def progress_of(
     displaced: Displaced | None = None,
 ) -> ElementProgress:
     """Return one element's progress from the states of its faces, or that it stands beside its design."""
-    cells = cell_states(element, surfaces, options)
+    cells = cell_states(element, surfaces, options, _evidence_before(element, history, options))
     built, opened, conflict = (float(np.sum(one)) for one in (cells.built, cells.open, cells.conflict))
     completion = completion_by_cells(cells, options)
     area, sigma = _as_built(surfaces)
@@ -45,10 +45,8 @@ def progress_of(
         state, why, completion = _not_seen_now(was, why, completion)
     elif not stations and completion.best is not None and completion.lower < options.complete_from:
         state, why, completion = "unknown", Reason.NOT_SEEN_AGAIN, replace(completion, best=None)
-    elif state != "complete":
-        completion = _held_back(cells, completion)
-        if state == "part":
-            completion = _best_of_a_part(cells, element.height_m, completion, options)
+    elif state == "part":
+        completion = _best_of_a_part(cells, element.height_m, completion, options)
     seen_unfinished = bool(stations) and is_unfinished(state, completion, options.complete_from)
     doubts = list(doubts_of(element, surfaces, state, options))
     subject = about(SubjectKind.ELEMENT, element.global_id)
@@ -100,7 +98,23 @@ def progress_of(
         as_far_as_seen=state == "complete" and completion.lower < options.nearly_all,
         type_name=element.type_name,
         zones=element.zones,
+        level_evidence=was.level_evidence if was is not None else cells.levels.evidence,
     )
+
+
+def _evidence_before(element: BimElement, history: VisitHistory, options: ProgressOptions) -> FloatArray | None:
+    """Return what all earlier visits say of each level (lines, rows + 1); None where they say nothing.
+
+    Of an element that was revised since, or a result of before it was kept: by what was built and open.
+    """
+    was = history.as_it_stood(element)
+    if was is not None and was.level_evidence is not None:
+        return was.level_evidence
+    known = [history.earlier(element.global_id, face, options) for face in element.faces]
+    if not any(known):
+        return None
+    surfaces = [one or unseen(face) for one, face in zip(known, element.faces, strict=True)]
+    return cell_states(element, surfaces, options).levels.evidence
 
 
 def is_unfinished(state: State, completion: Completion, complete_from: float) -> bool:
@@ -177,8 +191,8 @@ def state_of(
     """Name the state that what was seen is likely in, and the reason where it isn't plain.
 
     Nothing has started where no more than a kicker is built. What is complete has a top that was seen, something of it
-    is certain, and it would be complete if what was open when it was last seen still were. Where no state is likely
-    enough it is unknown: the top or the foot was not seen, photos contradict one another, or they don't tell how high.
+    is certain. Where no state is likely enough it is unknown: the top or the foot was not seen, photos contradict one
+    another, or they don't tell how high.
     """
     if completion.best is None:
         if completion.coverage > 0.0:
@@ -186,7 +200,7 @@ def state_of(
         return "unknown", Reason.CONTRADICTS_ITSELF if cells.conflict.any() else Reason.NOT_SEEN
     half_seen = completion.coverage >= options.enough_coverage
     low, high = part_of(cells, height_m, options)
-    whole = min(one.between(high + 1, one.rows) for one in (cells.levels, cells.held_levels))
+    whole = cells.levels.between(high + 1, cells.levels.rows)
     if whole >= limit and completion.lower > 0.0 and _top_is_seen(cells, height_m, options):
         return "complete", None if half_seen else Reason.SEEN_TO_TOP
     if cells.levels.between(0, low - 1) >= limit:
@@ -211,17 +225,6 @@ def _top_is_seen(cells: CellStates, height_m: float, options: ProgressOptions) -
     """Say whether any cell was seen that reaches the top, or as near as a kicker is high: so little is no level."""
     reaches = cells.height + cells.height.min()
     return bool(np.any(cells.seen & (reaches >= min(options.complete_from, 1.0 - options.kicker_m / height_m))))
-
-
-def _held_back(cells: CellStates, completion: Completion) -> Completion:
-    """Return the completion with what was open when last seen open in its best estimate, as long as nothing shows more.
-
-    What is built is remembered and what is open forgotten: of a wall half poured, a strip that is seen again would
-    leave a best estimate of nearly all.
-    """
-    if completion.best is None:
-        return completion
-    return replace(completion, best=max(min(completion.best, float(cells.held.mean())), completion.lower))
 
 
 def _best_of_a_part(cells: CellStates, height_m: float, completion: Completion, options: ProgressOptions) -> Completion:

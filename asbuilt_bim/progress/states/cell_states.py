@@ -23,10 +23,9 @@ from asbuilt_bim.progress.surface import SurfaceState
 class CellStates:
     """The cells of an element, each (n,) over its real cells only; `height` is their row from below, 0..1.
 
-    `least`, `most` and `likely` are the shares of each cell that are built at least, at most and most likely; `held` is
-    `likely` if what was open still is. `seen` are cells of which a side was decided, `conflict` those in which sides
-    contradict one another and nothing decides. `levels` is how high it likely reaches, `held_levels` how high if what
-    was open still is.
+    `least`, `most` and `likely` are the shares of each cell that are built at least, at most and most likely. `seen`
+    are cells of which a side was decided, `conflict` those in which sides contradict one another and nothing decides.
+    `levels` is how high it likely reaches.
     """
 
     built: BoolArray
@@ -36,10 +35,8 @@ class CellStates:
     least: FloatArray
     most: FloatArray
     likely: FloatArray
-    held: FloatArray
     height: FloatArray
     levels: Levels
-    held_levels: Levels
 
     @property
     def count(self) -> int:
@@ -47,34 +44,27 @@ class CellStates:
         return len(self.built)
 
 
-def cell_states(element: BimElement, surfaces: Sequence[SurfaceState], options: ProgressOptions) -> CellStates:
+def cell_states(
+    element: BimElement, surfaces: Sequence[SurfaceState], options: ProgressOptions, before: FloatArray | None = None
+) -> CellStates:
     """Decide each cell by how high the element's concrete reaches: built, open, or unknown where both are likely.
 
-    What was open when it was last seen may have been built since, but nothing says so: it holds back what is built at
-    least and `held`, and nothing else. Where borders may lie elsewhere, the bounds hold what stays built or open
-    wherever they lie. An element of which next to nothing lies inside them by as much is unknown.
+    `before` is the evidence of earlier visits (`pour.levels`). Where borders may lie elsewhere, the bounds hold what
+    stays built or open wherever they lie. An element of which next to nothing lies inside them by as much is unknown.
     """
-    shown = shown_rows(element, surfaces, options)
-    found = decided_cells(element, shown, model())
-    if any(surface.was_open_uv_m for surface in surfaces):
-        held = shown_rows(element, surfaces, options, unforgotten=True)
-        before = decided_cells(element, held, model(), at_once=False)
-        found = replace(
-            found, built=found.built & before.built, least=np.minimum(found.least, before.least),
-            held=np.minimum(found.likely, before.likely), held_levels=before.levels,
-        )  # fmt: skip
+    found = decided_cells(element, shown_rows(element, surfaces, options), model(), before)
     doubtful = any(surface.border_m for surface in surfaces)
     return _wherever_they_lie(found, element, surfaces, options) if doubtful else found
 
 
-def decided_cells(element: BimElement, shown: Shown, fitted: Model, *, at_once: bool = True) -> CellStates:
-    """Decide each cell by what each side shows in each row.
+def decided_cells(element: BimElement, shown: Shown, fitted: Model, before: FloatArray | None = None) -> CellStates:
+    """Decide each cell by what each side shows in each row, and by the evidence of earlier visits.
 
     Nothing is certain that nobody saw, but for what lies under concrete that was seen, or over a place seen open. What
     its own sides show otherwise than the level says is unknown: it may be an opening, or hang over one.
     """
     cells = element_cells(element)
-    found = levels(shown, (element.length_m, element.height_m), fitted, at_once=at_once)
+    found = levels(shown, (element.length_m, element.height_m), fitted, before)
     chance = found.built()
     says_built, says_open, shows = (
         np.asarray(one.any(axis=0)) for one in (shown.built > shown.open, shown.open > shown.built, shown.decided > 0.0)
@@ -92,8 +82,7 @@ def decided_cells(element: BimElement, shown: Shown, fitted: Model, *, at_once: 
     height = np.tile((np.arange(cells.shape[1]) + 0.5) / cells.shape[1], (cells.shape[0], 1))
     return CellStates(
         built=built, open=opened, conflict=torn, seen=(seen >= 0.5) & ~torn,
-        least=least, most=1.0 - lacks, likely=likely, held=likely, height=height[cells.weight > 0.0], levels=found,
-        held_levels=found,
+        least=least, most=1.0 - lacks, likely=likely, height=height[cells.weight > 0.0], levels=found,
     )  # fmt: skip
 
 
@@ -125,40 +114,33 @@ def _wherever_they_lie(
     return replace(found, least=least, most=most)
 
 
-def shown_rows(
-    element: BimElement, surfaces: Sequence[SurfaceState], options: ProgressOptions, *, unforgotten: bool = False
-) -> Shown:
+def shown_rows(element: BimElement, surfaces: Sequence[SurfaceState], options: ProgressOptions) -> Shown:
     """Return what each side shows in each row: how many samples are built, open, measured as a face, and how clearly.
 
     An element of which nothing is known shows no side. Of a row that a side shows too little of, only the log-odds are
-    told. What is `unforgotten` counts as open, where it was so when it was last seen.
+    told.
     """
-    if not any(surface.built_uv_m or surface.open_uv_m or surface.was_open_uv_m for surface in surfaces):
+    if not any(one.built_uv_m or one.open_uv_m or one.row_log_odds is not None for one in surfaces):
         nothing = np.zeros((0, *rows_shape(element, options.spacing_m)))
         return Shown(built=nothing, open=nothing, measured=nothing, log_odds=nothing)
     samples, by_face = cell_samples(element, options.spacing_m), {surface.face_id: surface for surface in surfaces}
     sides, each = list(sides_of(element, options.spacing_m)), list[FloatArray]()
-    built, opened, outlined, was_open = (np.zeros(len(samples.face), dtype=bool) for _ in range(4))
+    built, opened, outlined = (np.zeros(len(samples.face), dtype=bool) for _ in range(3))
     for index, face in enumerate(element.faces):
         own, surface = np.flatnonzero(samples.face == index), by_face[face.face_id]
         for flags, region in (
             (built, surface.built_uv_m), (opened, surface.open_uv_m), (outlined, surface.outline_uv_m),
-            (was_open, surface.was_open_uv_m),
         ):  # fmt: skip
             flags[own] = polygon.contains(region, samples.uv_m[own])
-        opened[own] |= was_open[own] & unforgotten
         of_face = [side for side in sides if side.face == index]
         kept = of_sides(surface.row_log_odds, of_face)  # where nobody kept it, no clearer than what is barely decided
         sure = [least_nats() * (side.share(built) - side.share(opened)) for side in of_face]
         each += sure if kept is None else [*kept]
-    every, of_built, of_open, measured, was = (
-        np.array([side.count(flags) for side in sides])
-        for flags in (built | True, built, opened, built & outlined, was_open)
+    every, of_built, of_open, measured = (
+        np.array([side.count(flags) for side in sides]) for flags in (built | True, built, opened, built & outlined)
     )
-    odds = np.array(each)
-    if not unforgotten:
-        odds = np.where((was > 0.0) & (of_open == 0.0), np.maximum(odds, 0.0), odds)
     enough = of_built + of_open >= options.shown_share * every
     return Shown(
-        built=of_built * enough, open=of_open * enough, measured=np.minimum(measured, of_built) * enough, log_odds=odds
-    )
+        built=of_built * enough, open=of_open * enough, measured=np.minimum(measured, of_built) * enough,
+        log_odds=np.array(each),
+    )  # fmt: skip

@@ -19,7 +19,7 @@ from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.states.as_built import as_built
 from asbuilt_bim.progress.states.doubts import GONE_M2, past_design
 from asbuilt_bim.progress.states.outlines import looks_like_bars, stands_off
-from asbuilt_bim.progress.states.rows import Before, Side, and_under, row_log_odds, showing, sides_of
+from asbuilt_bim.progress.states.rows import row_log_odds, sides_of
 from asbuilt_bim.progress.states.sample_grid import Indices, patches, strips
 from asbuilt_bim.progress.states.votes import Votes
 from asbuilt_bim.progress.surface import SurfaceState, knows_anything, unseen
@@ -46,72 +46,43 @@ def decide_element(
     """
     samples = cell_samples(element, options.spacing_m)
     sides = list(sides_of(element, options.spacing_m))
-    past = _past(element, samples, sides, votes, earlier, options)
-    odds = np.where(past.built & ~past.stands & ~votes.built, 0.0, votes.log_odds)
+    past = _past(element, samples, votes, earlier)
     elsewhere_m = 0.0 if doubt is None else float(doubt.reach_m(element.vertices_m).max(initial=0.0))
     faces = []
     for index, (face, was) in enumerate(zip(element.faces, earlier, strict=True)):
         own, matches = samples.face == index, by_face.get(face.face_id, ())
         state = _face_state(face, samples, own, votes, matches, was, past, options, elsewhere_m)
-        before = Before(
-            built=past.built, stands=past.stands & ~votes.open, open=past.open, rows=was.row_log_odds if was else None
-        )  # fmt: skip
-        rows = row_log_odds([side for side in sides if side.face == index], odds, before)
-        faces.append(replace(state, row_log_odds=rows if knows_anything(state) else None))
+        rows = row_log_odds([side for side in sides if side.face == index], votes.log_odds)
+        faces.append(
+            replace(
+                state, row_log_odds=rows if knows_anything(state) or (own & (votes.built | votes.open)).any() else None
+            )
+        )
     return faces
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Past:
-    """What earlier visits saw built (N,), what of it looks open now, and what of it is still held to stand.
-
-    Also what they saw open, as long as nothing shows that it has been built since.
-    """
+    """What earlier visits saw built (N,), what of it looks open now, and what of it is still held to stand."""
 
     built: BoolArray
     undone: BoolArray
     stands: BoolArray
-    open: BoolArray
 
 
-def _past(
-    element: BimElement,
-    samples: CellSamples,
-    sides: Sequence[Side],
-    votes: Votes,
-    earlier: Sequence[SurfaceState | None],
-    options: ProgressOptions,
-) -> _Past:
-    built, opened = (np.zeros(len(samples.face), dtype=bool) for _ in range(2))
+def _past(element: BimElement, samples: CellSamples, votes: Votes, earlier: Sequence[SurfaceState | None]) -> _Past:
+    built = np.zeros(len(samples.face), dtype=bool)
     if not any(earlier):
-        return _Past(built=built, undone=built, stands=built, open=opened)
+        return _Past(built=built, undone=built, stands=built)
     known = [was or unseen(face) for was, face in zip(earlier, element.faces, strict=True)]
     for index, was in enumerate(known):
         own = samples.face == index
         if was.built_uv_m and own.any():
             built[own] = polygon.contains(was.built_uv_m, samples.uv_m[own])
-        for region in (was.open_uv_m, was.was_open_uv_m):
-            if region and own.any():
-                opened[own] |= polygon.contains(region, samples.uv_m[own])
-    risen = _risen(sides, opened, built, votes, options.shown_share).reshape(-1)
-    for side in sides:
-        opened[side.samples] &= ~risen[side.row]
     undone = built & votes.open
     gone_m2 = np.bincount(samples.face, weights=samples.area_m2 * undone, minlength=len(known))
     lost = samples.cell[undone & (gone_m2 >= GONE_M2)[samples.face]]
-    return _Past(built=built, undone=undone, stands=built & ~np.isin(samples.cell, lost), open=opened)
-
-
-def _risen(sides: Sequence[Side], opened: BoolArray, built: BoolArray, votes: Votes, least_share: float) -> BoolArray:
-    """Say which rows (nx, rows) are open no more: those that any side shows built now, and all under them.
-
-    Where most of what was open has risen in the lines that show any of it, the rest may well have, too: then it is all
-    of them.
-    """
-    now = and_under(showing(sides, votes.built, votes.open, least_share))
-    was = showing(sides, opened, built, least_share)
-    not_yet = was & ~now & now.any(axis=1, keepdims=True)
-    return now | bool((was & now).sum() > not_yet.sum())
+    return _Past(built=built, undone=undone, stands=built & ~np.isin(samples.cell, lost))
 
 
 def _face_state(
@@ -169,7 +140,6 @@ def _face_state(
         doubts=doubts,
         gone_area_m2=gone_m2,
         whole=measured.whole,
-        was_open_uv_m=_region(samples, own & past.open & ~built & ~opened, face),
         border_m=border_m,
     )
 

@@ -2,9 +2,10 @@
 
 Concrete rises from below, so each upright line of cells has one level, under which all is built and over which nothing
 is. Along a wall the level stays, or is any other one where a joint lies. What sides show of a level adds up, but the
-rows of one side err alike: each counts by a small share of its log-odds. Where sides contradict one another as a whole
-the element isn't what or where the design says. The numbers are fitted on rendered sites (benchmarks/site/fit_pour.py
-writes pour.json, with what each buys).
+rows of one side err alike: each counts by a small share of its log-odds. What earlier visits showed counts as one side
+more: it reaches as high as then or, as likely, any higher. Where sides contradict one another as a whole the element
+isn't what or where the design says, or something of it is gone. The numbers are fitted on rendered sites
+(benchmarks/site/fit_pour.py writes pour.json, with what each buys).
 Reference: Rabiner 1989, forward and backward along a hidden Markov chain: exact.
 """
 
@@ -71,12 +72,16 @@ class Shown:
 class Levels:
     """How likely each level is in each upright line, (nx, rows + 1): of 0 to all rows built.
 
+    `if_risen` is the same where it may well have risen since it was last seen: how likely that is nobody knows.
     `torn` is how likely the sides contradict one another as a whole; `seen` (nx,) are lines that something shows of.
+    `evidence` (nx, rows + 1) is the log-likelihood of all that was ever shown of a line; None where nothing was.
     """
 
     chance: FloatArray
+    if_risen: FloatArray
     torn: float
     seen: BoolArray
+    evidence: FloatArray | None
 
     @property
     def rows(self) -> int:
@@ -89,32 +94,50 @@ class Levels:
         return under
 
     def between(self, low: int, high: int) -> float:
-        """Return how likely the level of what was seen lies from one row's number to another's, both in."""
-        return float(self.chance[self.seen, low : high + 1].sum(axis=1).mean()) if self.seen.any() else 0.0
+        """Return how likely the level of what was seen lies from one row's number to another's, both in.
+
+        So likely it is at least, whether or not it may have risen since.
+        """
+        ways = (one[self.seen, low : high + 1].sum(axis=1).mean() for one in (self.chance, self.if_risen))
+        return min(float(one) for one in ways) if self.seen.any() else 0.0
 
 
-def levels(shown: Shown, size_m: tuple[float, float], fitted: Model, *, at_once: bool = True) -> Levels:
+def levels(shown: Shown, size_m: tuple[float, float], fitted: Model, before: FloatArray | None = None) -> Levels:
     """Return how likely each level is by what shows of an element so long and high.
 
-    Of an element that shows nothing each level is as likely as it is anywhere. What was not seen `at_once` doesn't
-    contradict itself: the element may have risen between.
+    `before` (nx, rows + 1) is the evidence of earlier visits. Of an element that shows nothing each level is as likely
+    as it is anywhere.
     """
-    shows = shown.decided > 0.0
-    lines, rows = shows.shape[1:]
+    lines, rows = shown.decided.shape[1:]
     prior = np.full(rows + 1, (1.0 - 2.0 * fitted.not_begun) / max(rows - 1, 1))
     prior[[0, -1]] = fitted.not_begun
     prior /= prior.sum()
-    seen = np.asarray(shows.any(axis=(0, 2)))
+    seen = np.asarray((shown.decided > 0.0).any(axis=(0, 2)))
+    if before is not None:
+        seen |= np.ptp(before, axis=1) > 0.0
     if not seen.any():
-        return Levels(chance=np.tile(prior, (lines, 1)), torn=0.0, seen=seen)
-    of_sides = _of_sides(shown, fitted)[shows.any(axis=(1, 2))]
+        anywhere = np.tile(prior, (lines, 1))
+        return Levels(chance=anywhere, if_risen=anywhere, torn=0.0, seen=seen, evidence=None)
     joint = min(size_m[0] / lines / JOINT_M, 0.5)
-    together, chance = _along(of_sides.sum(axis=0), prior, joint)
-    torn = 0.0
-    if at_once and len(of_sides) > 1:
-        apart = _along(of_sides, prior, joint)[0].sum() + np.log(APART)
-        torn = float(np.exp(apart - np.logaddexp(apart, together)))
-    return Levels(chance=_a_sample_off((1.0 - torn) * chance + torn * prior), torn=torn, seen=seen)
+    of_sides = _of_sides(shown, fitted)[(shown.log_odds != 0.0).any(axis=(1, 2))]
+    each, ways = _along(of_sides, prior, joint)[0], of_sides.sum(axis=0)[None]
+    since = np.zeros(1)
+    if before is not None:  # as high as then; or as high, or higher
+        higher = np.maximum.accumulate(before, axis=1) - before.max(axis=1, keepdims=True)
+        (then, anyway), _ = _along(np.array([before, higher]), prior, joint)
+        each, ways, since = np.append(each, then), ways + np.array([before, higher]), np.array([0.0, then - anyway])
+    so_likely, chance = _along(ways, prior, joint)
+    so_likely = so_likely + since - np.log(len(ways))
+    together = np.logaddexp.reduce(so_likely)
+    apart = each.sum() + np.log(APART) if len(each) > 1 else -np.inf
+    torn = float(np.exp(apart - np.logaddexp(apart, together)))
+    share = np.exp(so_likely - together)[:, None, None]
+    told = np.exp(ways - np.logaddexp.reduce(ways + np.log(prior), axis=2, keepdims=True))
+    return Levels(
+        chance=_a_sample_off((1.0 - torn) * (share * chance).sum(axis=0) + torn * prior),
+        if_risen=_a_sample_off((1.0 - torn) * chance[-1] + torn * prior),
+        torn=torn, seen=seen, evidence=np.log((1.0 - torn) * (share * told).sum(axis=0) + torn),
+    )  # fmt: skip
 
 
 def _a_sample_off(chance: FloatArray) -> FloatArray:

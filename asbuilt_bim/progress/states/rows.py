@@ -9,7 +9,6 @@ from asbuilt_bim.bim.cells import cell_numbers, cell_samples, element_cells
 from asbuilt_bim.bim.model import BimElement
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, IntArray
 from asbuilt_bim.geometry.cylinder import CylinderFrame
-from asbuilt_bim.progress.states.likelihood import least_nats
 
 ROUND_SIDES = 8
 """Sides that a round column is taken to have: no station sees half of it."""
@@ -62,50 +61,14 @@ def and_under(rows: BoolArray) -> BoolArray:
     return np.logical_or.accumulate(rows[:, ::-1], axis=1)[:, ::-1]
 
 
-def showing(sides: Sequence[Side], some: BoolArray, others: BoolArray, least_share: float) -> BoolArray:
-    """Say of which rows (nx, rows) any side shows more of `some` samples (N,) than of the `others`.
+def row_log_odds(sides: Sequence[Side], odds: FloatArray) -> FloatArray:
+    """Return how clearly a face's rows are built or open: mean log-odds of its samples (N,) in whole nats.
 
-    A side shows a row where both together are at least `least_share` of its samples.
+    (sides * nx, rows), 0 where this visit shows nothing.
     """
-    found = np.zeros(sides[0].shape, dtype=bool) if sides else np.zeros((0, 0), dtype=bool)
-    for side in sides:
-        found |= (side.share(some | others) >= least_share) & (side.count(some) > side.count(others))
-    return found
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Before:
-    """What earlier visits saw built (N,), what of it still stands, and how clearly: a face's rows, if any.
-
-    `open` (N,) is what they saw open, as long as nothing shows that it has risen.
-    """
-
-    built: BoolArray
-    stands: BoolArray
-    open: BoolArray
-    rows: FloatArray | None
-
-
-def row_log_odds(sides: Sequence[Side], odds: FloatArray, before: Before) -> FloatArray | None:
-    """Return how clearly a face's rows are built or open: mean log-odds in whole nats, (sides * nx, rows).
-
-    It is the mean of its samples' own (N,). What was seen before, built and still standing or open, stays as clear
-    where nothing shows it now, less what is open beside it for the first time. An element that nothing shows now is as
-    it was. None where nothing is known.
-    """
-    kept, rows = of_sides(before.rows, sides), []
-    for number, side in enumerate(sides):
-        now, was = side.share(odds), side.share(before.built)
-        earlier = least_nats() * was if kept is None else kept[number]
-        left = np.maximum(earlier, 0.0) * side.share(before.stands) / np.maximum(was, 1e-9)
-        past = np.where(was > 0.0, np.minimum(earlier, 0.0), earlier)
-        if odds.any():
-            past = np.where(side.share(before.open) > 0.0, np.minimum(past, 0.0), 0.0)
-        known = np.where(side.share(odds != 0.0) > 0.0, now, past)
-        beside = np.minimum(side.share(np.where(before.stands | before.open, 0.0, odds)), 0.0)
-        rows.append(np.where(left > 0.0, np.maximum(known, left + beside), known))
-    found = np.round(np.concatenate(rows)) + 0.0 if rows else np.zeros(0)  # never -0.0
-    return found if found.any() else None
+    rows = [side.share(odds) for side in sides]
+    found: FloatArray = np.concatenate(rows) if rows else np.zeros((0, 0))
+    return np.asarray(np.round(found) + 0.0)  # never -0.0
 
 
 def of_sides(rows: FloatArray | None, sides: Sequence[Side]) -> FloatArray | None:

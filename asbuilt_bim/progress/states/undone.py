@@ -52,7 +52,6 @@ def _has_risen(
         was, built = history.earlier(element.global_id, face, options), states[face.face_id].built_uv_m
         if was is None or not built:
             continue
-        opened = polygon.union([was.open_uv_m, was.was_open_uv_m])
-        if opened and polygon.area(polygon.intersection(opened, built)) >= GONE_M2:
+        if was.open_uv_m and polygon.area(polygon.intersection(was.open_uv_m, built)) >= GONE_M2:
             return True
     return False

@@ -18,7 +18,7 @@ from asbuilt_bim.storage.strict_json import parse_json
 
 FORMAT = "asbuilt-bim/result"
 VERSION = 1  # raised when an older program could no longer read the file
-MINOR = 15  # raised when keys are added
+MINOR = 16  # raised when keys are added
 MAX_BYTES = 500_000_000  # some thousand stations; a larger file is no result, or would fill the memory
 VISITS, CARRIED = "visits", "history"
 """Folders of a run: a result for each visit that it measured, and for each that it took over from an earlier run."""
@@ -74,6 +74,7 @@ def read_result(path: Path | str) -> ProgressReport:
     path = path_of(path, "path")
     document, digest = loaded(path)
     minor = check_head(document, path)
+    _without_memory(document)
     faults = [] if digest in _FIT else first_faults("result-1", document, newer=minor > MINOR)
     if faults:
         raise ResultError(f"{path}: damaged: {'; '.join(faults)}; {REMEDY}")
@@ -82,6 +83,14 @@ def read_result(path: Path | str) -> ProgressReport:
         return report_from_document(values)
     except ValueError as error:
         raise ResultError(f"{path}: damaged: {error}; {REMEDY}") from error
+
+
+def _without_memory(document: dict[str, Any]) -> None:
+    """Take out what results of before minor 16 remember of open places: no program reads it any more."""
+    faces = document.get("faces")
+    for face in faces if isinstance(faces, list) else ():
+        if isinstance(face, dict) and isinstance(surface := face.get("surface"), dict):
+            surface.pop("was_open_uv_m", None)
 
 
 def check_head(document: Any, path: Path) -> int:

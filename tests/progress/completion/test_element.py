@@ -253,15 +253,6 @@ def test_best_lies_within_its_bounds_and_nothing_seen_is_never_nought_percent(
         assert completion.coverage < OPTIONS.known_from
 
 
-def test_what_was_open_when_last_seen_holds_back_the_least_and_the_best_and_not_the_most() -> None:
-    low, high = polygon.box(0, 0, 4, 1.6), polygon.box(0, 1.6, 4, 3)
-    afresh = progress(says(0, built=low))
-    before = progress(replace(says(0, built=low, opened=high), open_uv_m=(), was_open_uv_m=high))
-    assert before.completion.lower < afresh.completion.lower == pytest.approx(1.6 / 3.0, abs=0.01)
-    assert before.completion.best == pytest.approx(1.6 / 3.0, abs=0.02) and afresh.completion.best == 1.0
-    assert before.completion.upper == afresh.completion.upper == 1.0 and before.cells_open == 0.0
-
-
 def test_what_is_complete_has_something_that_is_certain() -> None:
     for width, low in ((w, z) for w in np.arange(0.1, 0.45, 0.05) for z in np.arange(0.0, 2.8, 0.1)):
         strip = polygon.box(0, low, width, 3.0)
@@ -281,10 +272,3 @@ def test_an_element_that_stands_within_others_has_nothing_to_show_and_is_unknown
     within = element("N", "wall", box(0, 0, 0, 4.0, 0.25, 3.0), {side: () for side in range(4)})
     one = progress(of=within)
     assert one.state == "unknown" and (one.completion.lower, one.completion.upper) == (0.0, 1.0)
-
-
-def test_a_wall_half_high_of_which_another_side_rises_later_stands_contradicted_by_nobody() -> None:
-    low, high = polygon.box(0, 0, 4, 1.4), polygon.box(0, 1.4, 4, 3)
-    before = replace(says(0, built=low, opened=high), open_uv_m=(), was_open_uv_m=high, stations={})
-    one = progress(before, says(2, built=polygon.box(0, 0, 2, 3)))
-    assert one.completion.lower >= 1.4 / 3.0 - 0.02 and not one.cells_conflict

@@ -63,10 +63,15 @@ def test_sides_that_contradict_one_another_as_a_whole_decide_nothing() -> None:
         (0.4, 2.9), model(),
     )  # fmt: skip
     assert both.torn > 0.5
-    later = levels(
-        shown(np.concatenate([all_of_it, none]), np.concatenate([none, all_of_it]), np.concatenate([all_of_it, none])),
-        (0.4, 2.9), model(), at_once=False,
-    )  # fmt: skip
-    assert later.torn == 0.0  # one side was seen before it rose
     agreed = levels(shown(np.tile(all_of_it, (2, 1, 1)), np.tile(none, (2, 1, 1))), (0.4, 2.9), model())
     assert agreed.torn < 0.05
+
+
+def test_a_side_that_was_open_before_it_rose_contradicts_nothing_and_one_that_was_built_does() -> None:
+    all_of_it, none = np.full((1, 4, 58), 5.0), np.zeros((1, 4, 58))
+    built, opened = shown(all_of_it, none, all_of_it), shown(none, all_of_it)
+    winter, spring = (levels(one, (1.6, 2.9), model()) for one in (opened, built))
+    risen = levels(built, (1.6, 2.9), model(), winter.evidence)
+    assert risen.torn < 0.05 and risen.built() == pytest.approx(spring.built(), abs=0.02)
+    gone = levels(opened, (1.6, 2.9), model(), spring.evidence)
+    assert gone.torn > 0.5 and gone.evidence is not None and np.ptp(gone.evidence) < 3.0  # the next visit says
