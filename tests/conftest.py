@@ -1,12 +1,14 @@
-"""All tests share one cache; every rejection that any test makes is said in English, none without its words."""
+"""All tests share one cache and read IFC files in their own process; every rejection they make has English words."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import pytest
 
 from asbuilt_bim.errors import Rejection
+from asbuilt_bim.ifc import apart
 from asbuilt_bim.measure.depth_source import NAME_A_NETWORK
 from asbuilt_bim.report.wording.reasons import words_of
 from tests.site_fixture import shared_cache
@@ -17,6 +19,18 @@ def one_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Runs keep what they measure for the whole session, and never in the user's own cache."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ASBUILT_BIM_CACHE", str(shared_cache(tmp_path_factory)))
+        yield
+
+
+@pytest.fixture(autouse=True, scope="session")
+def ifc_files_in_this_process() -> Iterator[None]:
+    """No run starts a process for each file: that it may do so is for tests/ifc/test_apart.py to prove."""
+
+    def here(work: Callable[..., Any], *arguments: Any, **_: Any) -> Any:
+        return work(*arguments)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(apart, "run_apart", here)
         yield
 
 

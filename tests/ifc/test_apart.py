@@ -12,9 +12,14 @@ from asbuilt_bim.errors import DesignError
 from asbuilt_bim.ifc import apart
 from asbuilt_bim.ifc.read import design
 from asbuilt_bim.ifc.write.strip import strip
-from asbuilt_bim.scale.apart import Ended
+from asbuilt_bim.scale.apart import Ended, run_apart
 from tests.ifc.models import ModelBuilder
 from tests.ifc.reports import report_on
+
+
+@pytest.fixture(autouse=True)
+def really_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(apart, "run_apart", run_apart)
 
 
 @pytest.fixture
