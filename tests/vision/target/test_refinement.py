@@ -98,6 +98,13 @@ def test_a_circle_is_less_sure_where_both_kinds_of_blur_are_likely(monkeypatch: 
     assert sigmas[1] > 0.45 and max(sigmas[0], sigmas[2]) < 0.3
 
 
+@pytest.fixture
+def nothing_else_sought(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where nothing is sure, what both photos show already has to do: to seek more takes four seconds."""
+    monkeypatch.setattr("asbuilt_bim.vision.target.find.sought", lambda *_: [])
+
+
+@pytest.mark.usefixtures("nothing_else_sought")
 def test_a_blurred_thing_that_no_second_look_sees_is_the_target_only_where_it_is_surely_a_disc(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -108,6 +115,7 @@ def test_a_blurred_thing_that_no_second_look_sees_is_the_target_only_where_it_is
     assert find_target(pair, TOLD)[0] is None
 
 
+@pytest.mark.usefixtures("nothing_else_sought")
 def test_a_blurred_thing_that_isnt_surely_a_disc_has_to_keep_its_size_at_a_second_look(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
