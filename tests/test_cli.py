@@ -119,16 +119,26 @@ def test_a_second_run_measures_nothing_again_and_says_what_changed(second_run: t
     assert re.search(r"[23] runs are kept", result.output)  # `report` leaves one, too
 
 
-def test_a_run_with_other_options_says_that_they_are_others(
-    project: Path, first_run: tuple[Path, Result], tmp_path: Path
+def of_one_station(project: Path, name: str, **changes: object) -> Path:
+    """Write the project with its first station alone, and changes, beside it."""
+    asked = {**yaml.safe_load(project.read_text(encoding="utf-8")), **changes}
+    (visit,) = asked["visits"]
+    asked["visits"] = [{**visit, "stations": visit["stations"][:1]}]
+    project.with_name(name).write_text(yaml.safe_dump(asked, allow_unicode=True), encoding="utf-8")
+    return project.with_name(name)
+
+
+def test_a_run_with_other_options_says_that_they_are_others_and_takes_old_runs_away_where_asked(
+    project: Path, second_run: tuple[Path, Result], tmp_path: Path
 ) -> None:
-    shutil.copytree(first_run[0], tmp_path / "out")
-    asked = yaml.safe_load(project.read_text(encoding="utf-8"))
-    asked["options"] = {**asked.get("options", {}), "progress": {"known_from": 0.11}}
-    other = project.with_name("other.yaml")
-    other.write_text(yaml.safe_dump(asked, allow_unicode=True), encoding="utf-8")
-    result = invoke("run", other, "--out", tmp_path / "out", "--workers", 1)
+    before, kept = second_run
+    shutil.copytree(before, tmp_path / "out")
+    assert re.search(r"\d runs are kept in \S+: \d+ MB; --keep-runs N", kept.stdout)
+    options = {**contents().get("options", {}), "progress": {"known_from": 0.11}}
+    other = of_one_station(project, "other.yaml", options=options)
+    result = invoke("run", other, "--out", tmp_path / "out", "--workers", 1, "--keep-runs", 2)
     assert result.exit_code == 0, result.output
+    assert len([run for run in (tmp_path / "out/runs").iterdir() if run.is_dir()]) == 2
     assert "options: another than before" in result.output
     assert "options: another than before" in (tmp_path / "out/changes.txt").read_text(encoding="utf-8")
     assert invoke("report", tmp_path / "out").exit_code == 0
@@ -172,9 +182,7 @@ def test_a_design_of_two_files_gets_a_copy_of_each_and_can_be_made_again(
     tower = ModelBuilder(schema="IFC2X3", origin_m=(500.0, 500.0, 540.0))
     tower.box("IfcWall", "tower", (0.0, 0.0, 0.0), (4.0, 0.2, 3.0))
     tower.write(project.parent / "tower.ifc")
-    whole = yaml.safe_load(project.read_text(encoding="utf-8"))
-    two = project.with_name("two.yaml")
-    two.write_text(yaml.safe_dump({**whole, "ifc": ["design.ifc", "tower.ifc"]}), encoding="utf-8")
+    two = of_one_station(project, "two.yaml", ifc=["design.ifc", "tower.ifc"])
     out = project.parent / "out of two"
     result = invoke("run", two, "--out", out, "--workers", 1)
     assert result.exit_code == 0, result.output
@@ -257,16 +265,6 @@ def test_a_run_that_saw_nothing_does_not_take_the_place_of_one_that_did(
     assert (own / "report.html").is_file() and "Earlier report: " in told
     assert "nothing is known of any element" in result.stderr
     assert "completion" not in result.stdout  # no table of unknowns as if it were the state
-
-
-def test_runs_are_kept_until_it_is_asked_to_take_old_ones_away(
-    project: Path, second_run: tuple[Path, Result], tmp_path: Path
-) -> None:
-    before, kept = second_run
-    shutil.copytree(before, tmp_path / "out")
-    assert re.search(r"\d runs are kept in \S+: \d+ MB; --keep-runs N", kept.stdout)
-    invoke("run", project, "--out", tmp_path / "out", "--workers", 1, "--keep-runs", 2)
-    assert len([run for run in (tmp_path / "out/runs").iterdir() if run.is_dir()]) == 2
 
 
 def test_where_the_list_of_changes_is_cut_it_says_how_many_there_are_and_where(
