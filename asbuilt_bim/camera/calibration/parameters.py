@@ -123,7 +123,7 @@ def view_residual(shared: FloatArray, pose: FloatArray, view: BoardView) -> tupl
     by_shared = np.zeros((n + m, layout.shared))
     by_shared[:n, : layout.camera], by_shared[n:, layout.camera : -_POSE] = left_camera, right_camera
     by_shared[n:, -_POSE:] = by_rig
-    residual = np.r_[left_px - view.left_px.ravel(), right_px - view.right_px.ravel()]
+    residual = np.concatenate([left_px - view.left_px.ravel(), right_px - view.right_px.ravel()])
     return residual, by_shared, np.concatenate([left_pose, by_board])
 
 
