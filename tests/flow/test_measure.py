@@ -158,7 +158,8 @@ def test_measure_says_of_the_rig_what_run_says_and_says_it_before_the_areas(
     )
     monkeypatch.setenv("COLUMNS", "80")  # wider, the faces stand in a table
     left, right = folder / "left.png", folder / "right.png"
-    found = asbuilt_bim.measure_pair(left, right, folder / "rig.yaml", target=False)
+    masks = folder / "clicks.json"  # one wall: the rig is judged before
+    found = asbuilt_bim.measure_pair(left, right, folder / "rig.yaml", target=False, masks=masks)
     assert [one.code for one in found.rejections if one.subject.kind is SubjectKind.RIG] == [code]
     monkeypatch.setattr("asbuilt_bim.terminal.measure_command.measure_pair", lambda *_, **__: found)
     done = measure(folder, "--no-target", out=f"rig-{state}")
@@ -171,8 +172,9 @@ def test_a_rig_that_a_run_would_refuse_is_refused_by_measure_too(folder: Path, m
     monkeypatch.setattr(
         "asbuilt_bim.measure.pair.judge", lambda healths, rig: replace(judge(healths, rig), state="knocked")
     )
+    left, right, masks = (folder / name for name in ("left.png", "right.png", "clicks.json"))
     with pytest.raises(MeasureError, match="knocked since its calibration"):
-        asbuilt_bim.measure_pair(folder / "left.png", folder / "right.png", folder / "rig.yaml", target=False)
+        asbuilt_bim.measure_pair(left, right, folder / "rig.yaml", target=False, masks=masks)
 
 
 def test_every_figure_of_the_paper_is_returned_as_a_picture(found) -> None:

@@ -45,15 +45,16 @@ def test_without_such_a_link_they_are_not_placed_as_before() -> None:
 
 
 def test_sigmas_hold_in_a_monte_carlo_and_grow_along_the_chain() -> None:
+    """Of 15 visits, which tell the mean pull to 5 %: a sigma 3.2 times too small is found."""
     pulls, sigmas = [], []
-    for seed in range(25):
+    for seed in range(15):
         placement = register(stations(seed), survey([0, 1, 2, 3]), OPTIONS)
         found = errors(placement)
         for placed in placement.stations:
             sigma = np.sqrt(np.diag(placed.pose.covariance))
             pulls.append(found[placed.pose.station] / sigma)
             sigmas.append((int(placed.pose.station[1:]), float(np.linalg.norm(sigma[3:]))))
-    assert len(pulls) > 120
+    assert len(pulls) > 75
     assert np.sqrt(np.mean(np.square(pulls))) < 1.2 and np.abs(pulls).max() < 5.0
     near, far = (np.median([sigma for k, sigma in sigmas if k == at]) for at in (0, 5))
     assert far > 1.5 * near

@@ -64,11 +64,11 @@ def test_exact_lengths_give_yaw_and_baseline_back(yaw_deg: float, longer: float)
 
 
 def test_areas_of_bought_rigs_err_as_the_refined_sigma_says() -> None:
-    """Six sigmas of a mean square of 14 rigs, whose nine places go together."""
+    """By these eight draws a sigma 1.5 times too small is found, and one 2.2 times too large."""
     pulls, gained = [], []
     bought = known_rig(BOUGHT, camera(BOUGHT))
     root = np.linalg.cholesky(bought.covariance + 1e-20 * np.eye(len(bought.covariance)))
-    for seed in range(14):
+    for seed in range(8):
         drawn = root @ np.random.default_rng([seed, 5]).normal(size=len(root))
         true = with_numbers(bought, rig_numbers(bought) + drawn)
         fit = fitted(true, BOUGHT, seed, lens_px=FACTORY.lens_px)

@@ -30,9 +30,9 @@ def area_pulls(made: Calibration) -> FloatArray:
 
 
 def test_tags_all_over_the_frame_give_the_rig_back_and_areas_err_as_their_sigma_says() -> None:
-    """Six sigmas of a mean square of six rigs, whose nine places go together."""
+    """By these four draws a sigma 2.1 times too small is found, and one 2.5 times too large."""
     pulls = []
-    for seed in range(6):
+    for seed in range(4):
         scale = 1.0 + np.random.default_rng(seed).normal(0.0, TAG.print_share)
         made = rig_from_tags(sightings(placed(6, 5, seed), seed, 0.08, scale), SIZE, TAG)
         assert made.from_tags and made.rig.left.K[0, 0] == pytest.approx(800.0, rel=0.03)
