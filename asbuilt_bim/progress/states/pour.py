@@ -120,24 +120,35 @@ def levels(shown: Shown, size_m: tuple[float, float], fitted: Model, before: Flo
         return Levels(chance=anywhere, if_risen=anywhere, torn=0.0, seen=seen, evidence=None)
     joint = min(size_m[0] / lines / JOINT_M, 0.5)
     of_sides = _of_sides(shown, fitted)[(shown.log_odds != 0.0).any(axis=(1, 2))]
-    each, ways = _along(of_sides, prior, joint)[0], of_sides.sum(axis=0)[None]
-    since = np.zeros(1)
-    if before is not None:  # as high as then; or as high, or higher
-        higher = np.maximum.accumulate(before, axis=1) - before.max(axis=1, keepdims=True)
-        (then, anyway), _ = _along(np.array([before, higher]), prior, joint)
-        each, ways, since = np.append(each, then), ways + np.array([before, higher]), np.array([0.0, then - anyway])
-    so_likely, chance = _along(ways, prior, joint)
-    so_likely = so_likely + since - np.log(len(ways))
+    each, now = _along(of_sides, prior, joint)[0], of_sides.sum(axis=0)
+    ways, so_likely = now[None], np.zeros(1)
+    if before is not None:
+        since, so_likely, then = _since(before, prior, joint)
+        each, ways = np.append(each, then), now + since
+    of_ways, chance = _along(ways, prior, joint)
+    so_likely = so_likely + of_ways
     together = np.logaddexp.reduce(so_likely)
     apart = each.sum() + np.log(APART) if len(each) > 1 else -np.inf
     torn = float(np.exp(apart - np.logaddexp(apart, together)))
     share = np.exp(so_likely - together)[:, None, None]
     told = np.exp(ways - np.logaddexp.reduce(ways + np.log(prior), axis=2, keepdims=True))
+    evidence = (1.0 - torn) * (share * told).sum(axis=0) + torn
     return Levels(
         chance=_a_sample_off((1.0 - torn) * (share * chance).sum(axis=0) + torn * prior),
         if_risen=_a_sample_off((1.0 - torn) * chance[-1] + torn * prior),
-        torn=torn, seen=seen, evidence=np.log((1.0 - torn) * (share * told).sum(axis=0) + torn),
+        torn=torn, seen=seen, evidence=np.log(np.maximum(evidence, np.finfo(np.float64).tiny)),
     )  # fmt: skip
+
+
+def _since(before: FloatArray, prior: FloatArray, joint: float) -> tuple[FloatArray, FloatArray, float]:
+    """Return what earlier visits' evidence (nx, levels) says of the levels now, in two ways (2, nx, levels).
+
+    It reaches as high as then; or any higher, each as likely as anywhere. Beside them the log-likelihood of each way,
+    and that of the evidence for itself.
+    """
+    higher = np.maximum.accumulate(before, axis=1) - before.max(axis=1, keepdims=True)
+    (then, anyway), _ = _along(np.array([before, higher]), prior, joint)
+    return np.array([before, higher]), np.log(0.5) + np.array([0.0, then - anyway]), float(then)
 
 
 def _a_sample_off(chance: FloatArray) -> FloatArray:

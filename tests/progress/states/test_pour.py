@@ -75,3 +75,13 @@ def test_a_side_that_was_open_before_it_rose_contradicts_nothing_and_one_that_wa
     assert risen.torn < 0.05 and risen.built() == pytest.approx(spring.built(), abs=0.02)
     gone = levels(opened, (1.6, 2.9), model(), spring.evidence)
     assert gone.torn > 0.5 and gone.evidence is not None and np.ptp(gone.evidence) < 3.0  # the next visit says
+
+
+def test_evidence_is_finite_of_the_tallest_walls_and_stays_what_it_was_over_clear_visits() -> None:
+    tall = np.full((1, 2, 1200), 5.0)
+    first = again = levels(shown(tall, 0.0 * tall, tall), (0.8, 60.0), model())
+    assert first.evidence is not None and np.isfinite(first.evidence).all()
+    for _ in range(10):
+        again = levels(shown(tall, 0.0 * tall, tall), (0.8, 60.0), model(), again.evidence)
+    assert again.evidence is not None and np.isfinite(again.evidence).all()
+    assert again.torn < 0.01 and (again.built() > 0.99).all()
