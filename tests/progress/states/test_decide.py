@@ -134,6 +134,8 @@ def test_what_was_open_over_what_another_side_shows_built_holds_the_best_estimat
     held, afresh = visit(foot, winter).progress, visit(foot).progress
     assert held.completion.best == pytest.approx(1.0 / 3.0, abs=0.05) and (afresh.completion.best or 0.0) > 0.95
     assert held.completion.lower <= 1.0 / 3.0 + 0.03 and held.completion.upper == 1.0
+    summer = visit(np.where(SAMPLES.face == 1, foot[FRONT].max() * (UP_M < 0.8), 0.0), visit(foot, winter)).progress
+    assert summer.completion.best == pytest.approx(1.0 / 3.0, abs=0.05)  # what the winter saw, not the spring
 
 
 def test_where_a_part_of_a_wall_has_risen_the_rest_has_most_likely_risen_as_high() -> None:
@@ -157,6 +159,23 @@ def test_what_was_built_and_looks_open_now_is_unknown_until_a_second_visit_says_
     gone = visit(opened, first)
     assert first.progress.state == "complete" and gone.progress.state == "unknown"
     assert visit(opened, gone).progress.state == "not started"
+
+
+def test_what_was_not_started_and_shows_no_foot_now_may_have_begun_since() -> None:
+    """In winter all of it was open; in spring its upper half alone is seen, open."""
+    winter = visit(np.where(FRONT, -MOST_NATS, 0.0))
+    spring = visit(np.where(FRONT & (UP_M > 1.5), -MOST_NATS, 0.0), winter).progress
+    assert winter.progress.state == "not started" and spring.state == "unknown"
+    assert spring.completion.upper == pytest.approx(0.5, abs=0.03)
+
+
+def test_a_strip_that_is_as_high_as_the_rest_was_leaves_the_rest_as_uncertain_as_it_is() -> None:
+    """Three walls in four were 1 m high in winter; in spring the last quarter is, and nobody looks at the others."""
+    low = np.where(UP_M < 1.0, MOST_NATS, -MOST_NATS)
+    winter = visit(np.where(FRONT & (ALONG_M < 3.0), low, 0.0))
+    spring = visit(np.where(BACK & (ALONG_M > 3.0), low, 0.0), winter).progress.completion
+    assert spring.lower == pytest.approx(1.0 / 3.0, abs=0.05) and spring.best == pytest.approx(1.0 / 3.0, abs=0.05)
+    assert spring.upper > 0.75
 
 
 def test_a_glimpse_of_a_row_takes_nothing_of_what_was_open_under_it() -> None:

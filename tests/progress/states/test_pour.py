@@ -85,3 +85,11 @@ def test_evidence_is_finite_of_the_tallest_walls_and_stays_what_it_was_over_clea
         again = levels(shown(tall, 0.0 * tall, tall), (0.8, 60.0), model(), again.evidence)
     assert again.evidence is not None and np.isfinite(again.evidence).all()
     assert again.torn < 0.01 and (again.built() > 0.99).all()
+
+
+def test_lines_that_earlier_visits_alone_saw_count_as_seen() -> None:
+    first, second = np.zeros((1, 2, 58)), np.zeros((1, 2, 58))
+    first[0, 0], second[0, 1] = 5.0, 5.0
+    winter = levels(shown(first, 0.0 * first, first), (8.0, 2.9), model())
+    assert winter.seen.tolist() == [True, False]
+    assert levels(shown(second, 0.0 * second, second), (8.0, 2.9), model(), winter.evidence).seen.all()
