@@ -26,7 +26,7 @@ _VIDEO = Limits(seconds=7200.0, memory_bytes=8e9)
 MAX_BYTES = 10_000_000_000
 """Of frames that are kept: some ten walks."""
 _INDEX = "frames.json"
-_METHOD = "2026-11"  # how frames are chosen: other frames, another name
+_METHOD = "2026-12"  # how frames are chosen, and films refused: done otherwise, another name
 _SIDE = re.compile(r"[_\-. ]?(left|links|cam0|L)$", re.IGNORECASE)
 _BLOCK = 1 << 22
 

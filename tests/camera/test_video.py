@@ -81,6 +81,15 @@ def test_eyes_that_were_not_triggered_together_are_refused_with_how_late_one_is(
         taken(tmp_path, *two_films(tmp_path, late=late))
 
 
+def test_an_eye_that_loses_a_frame_on_the_way_is_refused_with_where(tmp_path: Path) -> None:
+    pairs = panned(321, 2.0, shaking)
+    left = write_film(tmp_path / "walk_left.avi", [left for left, _ in pairs[:320]], rate=5.0)
+    lossy = [right for number, (_, right) in enumerate(pairs) if number != 130]
+    right = write_film(tmp_path / "walk_right.avi", lossy, rate=5.0)
+    with pytest.raises(PhotoError, match=r"walk_left.avi: runs 1 frames \(200 ms\) behind .* from \d+ s on, .*lost"):
+        taken(tmp_path, left, right)
+
+
 def test_videos_of_unequal_length_are_refused(tmp_path: Path) -> None:
     pairs = panned(40, 5.0)
     left = write_film(tmp_path / "l.avi", [left for left, _ in pairs])

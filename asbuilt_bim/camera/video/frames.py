@@ -100,7 +100,7 @@ def take_frames(left: str, right: str, folder: str, name: str) -> tuple[TakenFra
     step = max(1, round(rate / LOOKS_A_SECOND))
     walk: _Walk | None = None
     taken: list[TakenFrame] = []
-    sync = _Sync(most=int(_SYNC_SECONDS * rate))
+    sync = _Sync()
     for pair in film.pairs():
         if right:
             sync.look(pair)
@@ -157,16 +157,13 @@ def _tell(folder: Path, done: int, count: int) -> None:
 
 @dataclass(slots=True, kw_only=True, eq=False)
 class _Sync:
-    """How both eyes moved from frame to frame, at the walk's beginning."""
+    """How both eyes moved from frame to frame."""
 
-    most: int
     last: tuple[Float32Array, Float32Array] | None = None
     moves: list[tuple[tuple[float, float], tuple[float, float]]] = field(default_factory=list)
 
     def look(self, pair: FramePair) -> None:
         """Note one frame's motion."""
-        if len(self.moves) >= self.most:
-            return
         left, right = (small_grey(one, _SYNC_WIDTH_PX).astype(np.float32) for one in (pair.left, pair.right))
         if self.last is not None:
             self.moves.append((whole_shift(self.last[0], left), whole_shift(self.last[1], right)))
@@ -174,19 +171,24 @@ class _Sync:
 
 
 def _check_together(film: StereoFilm, sync: _Sync, rate: float) -> None:
-    """See that both eyes moved at one time.
+    """See that both eyes moved at one time, all along the walk: an eye that loses frames is early from there on.
 
     Raises:
         PhotoError: one runs behind the other.
     """
     both: FloatArray = np.array(sync.moves, dtype=np.float64).reshape(-1, 2, 2)
-    behind = frames_behind(both[:, 0], both[:, 1], max(1, round(_SYNC_LAG_S * rate)))
-    if behind:
+    span = int(_SYNC_SECONDS * rate)
+    last = max(0, len(both) - span)
+    for first in (*range(0, last, max(1, span // 2)), last):
+        part = both[first : first + span]
+        behind = frames_behind(part[:, 0], part[:, 1], max(1, round(_SYNC_LAG_S * rate)))
+        if not behind:
+            continue
         late, early = (film.right, film.left) if behind > 0 else (film.left, film.right)
+        mend = f"cut the walk before that, where {early} lost some" if first else "cut what the late one has more there"
         raise PhotoError(
-            f"video {late}: runs {abs(behind)} frames ({abs(behind) / rate * 1e3:.0f} ms) behind {early}, so "
-            "their frames are no pairs; record both eyes triggered together, or cut what "
-            "the late one has more at its beginning"
+            f"video {late}: runs {abs(behind)} frames ({abs(behind) / rate * 1e3:.0f} ms) behind {early} from "
+            f"{first / rate:.0f} s on, so their frames are no pairs; record both eyes triggered together, or {mend}"
         )
 
 
