@@ -9,12 +9,15 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from datetime import date
 from pathlib import Path
 
 from asbuilt_bim.camera.video.container import check_container
 from asbuilt_bim.camera.video.frames import PROGRESS, TakenFrame, station_names, take_frames
+from asbuilt_bim.camera.video.recorded import made_on
 from asbuilt_bim.errors import PhotoError, ProjectError
 from asbuilt_bim.flow.measure_visit import Progress
+from asbuilt_bim.project.check import NEAR
 from asbuilt_bim.project.model import Project, Station, Video, Visit
 from asbuilt_bim.project.paths import safe_name
 from asbuilt_bim.scale.apart import Ended, Limits, run_apart
@@ -55,7 +58,7 @@ def with_video_stations(project: Project, cache: Cache, progress: Progress) -> I
 def _with_stations(visit: Visit, project: Project, place: Path, progress: Progress) -> Visit:
     if visit.video is None:
         return visit
-    folder, names = _frames(visit.video, project, place, progress, f"frames {visit.date.isoformat()}")
+    folder, names = _frames(visit.video, project, place, progress, visit.date)
     listed = {station.name.casefold() for station in visit.stations}
     for name in names:
         if name.casefold() in listed:
@@ -67,15 +70,16 @@ def _with_stations(visit: Visit, project: Project, place: Path, progress: Progre
     return replace(visit, stations=(*visit.stations, *taken))
 
 
-def _frames(video: Video, project: Project, place: Path, progress: Progress, step: str) -> tuple[Path, list[str]]:
+def _frames(video: Video, project: Project, place: Path, progress: Progress, day: date) -> tuple[Path, list[str]]:
     """Return the folder of a video's frames and the stations' names, made now or found from before."""
     for file in video.files:
         check_container(file)
+    step, made = f"frames {day.isoformat()}", _recorded_by(video, day)
     name = _SIDE.sub("", video.left.stem) or "video"
     name = "video" if safe_name(f"{name}_0001") else name
     progress(step, 0, 1)
     libraries = [f"{one} {version}" for one, version in sorted(library_versions().items())]
-    key = digest_of([_METHOD, name, *(_digest(file) for file in video.files), *libraries])
+    key = digest_of([_METHOD, name, str(made), *(_digest(file) for file in video.files), *libraries])
     folder = place / key[:32]
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
         index = json.loads((folder / _INDEX).read_text(encoding="utf-8"))
@@ -87,7 +91,7 @@ def _frames(video: Video, project: Project, place: Path, progress: Progress, ste
     try:
         place.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=place, prefix="part-", ignore_cleanup_errors=True) as part:
-            names = station_names(_taken(video, Path(part), name, progress, step))
+            names = station_names(_taken(video, Path(part), name, made, progress, step))
             (Path(part) / PROGRESS).unlink(missing_ok=True)
             (Path(part) / _INDEX).write_text(json.dumps({"stations": names}), encoding="utf-8")
             shutil.rmtree(folder, ignore_errors=True)
@@ -101,7 +105,15 @@ def _frames(video: Video, project: Project, place: Path, progress: Progress, ste
     return folder, names
 
 
-def _taken(video: Video, part: Path, name: str, progress: Progress, step: str) -> tuple[TakenFrame, ...]:
+def _recorded_by(video: Video, day: date) -> date | None:
+    """Return the day that the files say the walk was recorded on; None where they don't, or were exported later."""
+    made = [one for file in video.files if (one := made_on(file)) is not None and one - day <= NEAR]
+    return min(made, default=None)
+
+
+def _taken(
+    video: Video, part: Path, name: str, made: date | None, progress: Progress, step: str
+) -> tuple[TakenFrame, ...]:
     """Choose the frames in a process apart, telling how far it is."""
 
     def meanwhile() -> None:
@@ -112,7 +124,7 @@ def _taken(video: Video, part: Path, name: str, progress: Progress, step: str) -
 
     right = "" if video.right is None else str(video.right)
     found = run_apart(
-        take_frames, str(video.left), right, str(part), name, limits=_VIDEO.raised(), meanwhile=meanwhile
+        take_frames, str(video.left), right, str(part), name, made, limits=_VIDEO.raised(), meanwhile=meanwhile
     )  # fmt: skip
     if isinstance(found, Ended):
         raise PhotoError(

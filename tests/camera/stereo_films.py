@@ -31,9 +31,10 @@ def eyes(at_px: float, shake_px: float = 0.0) -> tuple[ByteImage, ByteImage]:
 
 
 def write_film(path: Path, frames: Sequence[ByteImage], rate: float = 24.0) -> Path:
-    """Write frames as a video of single pictures."""
+    """Write frames as a video: of single pictures in an AVI, of MPEG-4 in an MP4."""
     height, width = frames[0].shape[:2]
-    film = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), rate, (width, height))
+    codec = "MJPG" if path.suffix == ".avi" else "mp4v"
+    film = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*codec), rate, (width, height))
     assert film.isOpened()
     for frame in frames:
         film.write(frame)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from datetime import date
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from asbuilt_bim.camera.photo.read import decode, read_photo
+from asbuilt_bim.camera.video.recorded import made_on
 from asbuilt_bim.errors import PhotoError, ProjectError
 from asbuilt_bim.flow.video_stations import with_video_stations
 from asbuilt_bim.project.found import find_files
@@ -75,6 +79,30 @@ def test_a_visit_has_the_stations_that_are_listed_too(films: Path, tmp_path: Pat
     wanted = pytest.raises(ProjectError, match="'walk_0001' is a station of the video and listed")
     with wanted, with_video_stations(found, Cache(folder=tmp_path), Steps()):
         pass
+
+
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [(date(2026, 2, 20), date(2026, 2, 20)), (date(2026, 3, 2), date(2026, 3, 2)), (date(2026, 3, 20), None),
+     (None, None)],
+)  # fmt: skip
+def test_frames_say_the_day_of_their_film_unless_it_was_exported_later(
+    tmp_path: Path, made: date | None, said: date | None
+) -> None:
+    pairs = panned(20, 6.0)
+    film = write_film(tmp_path / "walk.mp4", [np.hstack(pair) for pair in pairs])
+    data = bytearray(film.read_bytes())
+    seconds = 0 if made is None else (made - date(1904, 1, 1)).days * 86_400 + 43_200
+    at = data.index(b"mvhd") + 8  # behind version and flags
+    data[at : at + 4] = seconds.to_bytes(4, "big")
+    film.write_bytes(data)
+    assert made_on(film) == made
+    found = project(tmp_path, {"video": {"both": "walk.mp4"}})
+    with with_video_stations(found, Cache(folder=tmp_path / "cache"), Steps()) as one:
+        station = one.visits[0].stations[0]
+        for photo in (read_photo(station.left), read_photo(station.right)):
+            assert photo.exif.taken == said
+            assert decode(photo).shape == (240, 320, 3)
 
 
 def test_a_missing_video_is_named(films: Path, tmp_path: Path) -> None:

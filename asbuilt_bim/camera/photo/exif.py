@@ -48,6 +48,14 @@ def exif_from_tiff(tiff: bytes, width_px: int, height_px: int) -> PhotoExif:
     )
 
 
+def tiff_of_day(taken: date) -> bytes:
+    """Return an EXIF block that says nothing but the day, as `exif_from_tiff` reads it."""
+    text = taken.strftime("%Y:%m:%d 00:00:00").encode("ascii") + b"\x00"
+    head = struct.pack("<4sI", b"II*\x00", 8)
+    main = struct.pack("<HHHIII", 1, _EXIF_IFD, _LONG, 1, 26, 0)
+    return head + main + struct.pack("<HHHIII", 1, _TAKEN, _ASCII, len(text), 44, 0) + text
+
+
 def _day(text: str) -> date | None:
     """Read `2026:03:02 09:33:00`; None for anything else, such as a clock that was never set."""
     try:

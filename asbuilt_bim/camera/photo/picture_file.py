@@ -2,6 +2,7 @@
 
 import re
 import struct
+import zlib
 from dataclasses import dataclass
 
 _JPEG, _PNG = b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n"
@@ -78,6 +79,13 @@ def _jpeg(data: bytes) -> PictureOutside:
     return PictureOutside(
         width_px=width, height_px=height, exif=exif, problem="the file is truncated: a JPEG that ends before its end"
     )
+
+
+def png_with_exif(png: bytes, exif: bytes) -> bytes:
+    """Return a PNG picture with an EXIF block behind its first chunk, the header."""
+    chunk = b"eXIf" + exif
+    end = 33  # signature, and length, kind, 13 bytes and check sum of the header
+    return png[:end] + struct.pack(">I", len(exif)) + chunk + struct.pack(">I", zlib.crc32(chunk)) + png[end:]
 
 
 def _png(data: bytes) -> PictureOutside:

@@ -2,11 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from datetime import date
 from pathlib import Path
 
 import cv2
 import numpy as np
 
+from asbuilt_bim.camera.photo.exif import tiff_of_day
+from asbuilt_bim.camera.photo.picture_file import png_with_exif
 from asbuilt_bim.camera.video.motion import (
     followed,
     frames_behind,
@@ -87,9 +90,12 @@ def _copied(pair: FramePair) -> FramePair:
     return FramePair(number=pair.number, left=pair.left.copy(), right=pair.right.copy())
 
 
-def take_frames(left: str, right: str, folder: str, name: str) -> tuple[TakenFrame, ...]:
+def take_frames(
+    left: str, right: str, folder: str, name: str, taken_on: date | None = None
+) -> tuple[TakenFrame, ...]:  # fmt: skip
     """Write the frames of a walk that become stations into a folder, as PNG; `right` "" is both eyes in one video.
 
+    Their EXIF says the day that they were `taken_on`, if it is known.
     Runs in a process of its own: a video is other people's file. How far it is stands in the folder's file `progress`.
 
     Raises:
@@ -101,6 +107,7 @@ def take_frames(left: str, right: str, folder: str, name: str) -> tuple[TakenFra
     walk: _Walk | None = None
     taken: list[TakenFrame] = []
     sync = _Sync()
+    exif = tiff_of_day(taken_on) if taken_on else b""
     for pair in film.pairs():
         if right:
             sync.look(pair)
@@ -115,11 +122,11 @@ def take_frames(left: str, right: str, folder: str, name: str) -> tuple[TakenFra
         else:
             walk.look(grey)
         if _chosen(walk, pair, grey, first=not taken):
-            taken.append(_write(walk, Path(folder), name, len(taken) + 1))
+            taken.append(_write(walk, Path(folder), name, len(taken) + 1, exif))
     if right:
         _check_together(film, sync, rate)
     if walk is not None and walk.best is not None and (not taken or walk.overlap < 1.0 - SPARE):
-        taken.append(_write(walk, Path(folder), name, len(taken) + 1))
+        taken.append(_write(walk, Path(folder), name, len(taken) + 1, exif))
     return tuple(taken)
 
 
@@ -135,7 +142,7 @@ def _chosen(walk: _Walk, pair: FramePair, grey: ByteImage, *, first: bool) -> bo
     return walk.best is not None and walk.overlap < LEAST_OVERLAP
 
 
-def _write(walk: _Walk, folder: Path, name: str, number: int) -> TakenFrame:
+def _write(walk: _Walk, folder: Path, name: str, number: int, exif: bytes) -> TakenFrame:
     """Write the chosen frame's two pictures, and go on from it."""
     if number > MAX_STATIONS:
         raise PhotoError(f"video {name}: over {MAX_STATIONS:,} stations; cut it into walks of some minutes")
@@ -146,7 +153,8 @@ def _write(walk: _Walk, folder: Path, name: str, number: int) -> TakenFrame:
         done, data = cv2.imencode(".png", image, [cv2.IMWRITE_PNG_COMPRESSION, 3])
         if not done:
             raise PhotoError(f"video {name}: frame {pair.number} can't be written as PNG")
-        (folder / file).write_bytes(data.tobytes())
+        png = data.tobytes()
+        (folder / file).write_bytes(png_with_exif(png, exif) if exif else png)
     walk.begin_again()
     return TakenFrame(number=pair.number, left=names[0], right=names[1])
 
