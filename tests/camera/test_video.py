@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import cv2
@@ -114,6 +115,18 @@ def test_a_video_cut_off_in_its_middle_is_refused(tmp_path: Path) -> None:
     whole.write_bytes(whole.read_bytes()[: whole.stat().st_size // 2])
     with pytest.raises(PhotoError, match=r"video .*l.avi"):
         taken(tmp_path, whole, None)
+
+
+def test_a_damaged_frame_is_named_with_its_own_file_and_both_eyes_are_not_blamed(tmp_path: Path) -> None:
+    pairs = panned(40, 5.0)
+    left = write_film(tmp_path / "l.avi", [left for left, _ in pairs])
+    right = write_film(tmp_path / "r.avi", [right for _, right in pairs])
+    data = bytearray(right.read_bytes())
+    at = [found.start() for found in re.finditer(b"00dc", bytes(data))][30] + 10  # behind the picture's first bytes
+    data[at : at + 2000] = bytes(2000)
+    right.write_bytes(data)
+    with pytest.raises(PhotoError, match=r"video .*r\.avi: a frame behind the first \d+ can't be decoded"):
+        taken(tmp_path, left, right)
 
 
 @pytest.mark.parametrize(

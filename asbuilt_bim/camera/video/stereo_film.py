@@ -82,8 +82,15 @@ class StereoFilm:
     def _check_end(self, number: int, said: int, more: list[bool], films: list[cv2.VideoCapture]) -> None:
         if number == 0:
             raise PhotoError(f"video {self.left}: holds no frame that can be decoded; export it to MP4 again")
-        for path, film in zip((self.left, self.right), films, strict=False):
-            if any(more) and film.grab():
+        goes_on = [film.grab() for film in films]
+        for path, on, read in zip((self.left, self.right), goes_on, more, strict=False):
+            if on and not read:
+                raise PhotoError(
+                    f"video {path}: a frame behind the first {number:,} can't be decoded, so it is damaged; copy it "
+                    "from the camera again, or cut the walk before that"
+                )
+        for path, on in zip((self.left, self.right), goes_on, strict=False):
+            if on and any(more):
                 raise PhotoError(
                     f"videos {self.left} and {self.right}: one ends after {number:,} frames, and {path} goes on; "
                     "record both eyes triggered together, and cut both alike"
