@@ -19,7 +19,7 @@ from asbuilt_bim.errors import PhotoError, ProjectError
 from asbuilt_bim.flow.measure_visit import Progress
 from asbuilt_bim.project.check import NEAR
 from asbuilt_bim.project.model import Project, Station, Video, Visit
-from asbuilt_bim.project.paths import safe_name
+from asbuilt_bim.project.paths import composed, safe_name
 from asbuilt_bim.scale.apart import Ended, Limits, run_apart
 from asbuilt_bim.scale.cache import Cache, digest_of
 from asbuilt_bim.scale.fingerprint import library_versions
@@ -75,7 +75,7 @@ def _frames(video: Video, project: Project, place: Path, progress: Progress, day
     for file in video.files:
         check_container(file)
     step, made = f"frames {day.isoformat()}", _recorded_by(video, day)
-    name = _SIDE.sub("", video.left.stem) or "video"
+    name = _SIDE.sub("", composed(video.left.stem)) or "video"
     name = "video" if safe_name(f"{name}_0001") else name
     progress(step, 0, 1)
     libraries = [f"{one} {version}" for one, version in sorted(library_versions().items())]

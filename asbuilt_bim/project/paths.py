@@ -1,5 +1,6 @@
 """Paths and names out of a project file: kept inside its folder, and safe to make files of."""
 
+import contextlib
 import os
 import re
 import sys
@@ -49,11 +50,30 @@ def unnameable() -> str:
     return f"holds a letter that file names can't in this locale ({encoding}); set PYTHONUTF8=1 or LC_ALL=C.UTF-8"
 
 
+def composed(name: str) -> str:
+    """Return a name with its umlauts as one character each: a Mac's file names may hold them as letter and mark."""
+    return unicodedata.normalize("NFC", name)
+
+
 def stars_of(pattern: str, name: str) -> tuple[str, ...]:
     """Return what in a file's name stands for each `*` of a pattern's own file name; () where it doesn't fit."""
-    parts = re.split(r"[\\/]", pattern)[-1].split("*")
-    fitting = re.fullmatch("(.*)".join(re.escape(part) for part in parts), name, re.IGNORECASE)
+    parts = re.split(r"[\\/]", composed(pattern))[-1].split("*")
+    fitting = re.fullmatch("(.*)".join(re.escape(part) for part in parts), composed(name), re.IGNORECASE)
     return fitting.groups() if fitting else ()
+
+
+def _as_stored(folder: Path, text: str) -> Path:
+    """Return the path of a text in a folder; where none is there, one whose names differ in how umlauts are stored."""
+    path = folder / text
+    if text.isascii() or path.exists():
+        return path
+    there = folder
+    with contextlib.suppress(OSError):
+        for part in Path(text).parts:
+            beside = [] if (there / part).exists() or not there.is_dir() else [one.name for one in there.iterdir()]
+            there /= next((name for name in beside if composed(name) == composed(part)), part)
+        return there
+    return path
 
 
 def _lack(folder: Path, names: Sequence[str]) -> str:
@@ -141,7 +161,8 @@ class PathChecker:
                 continue
             first = found.setdefault("\0".join(stars).casefold(), file)
             if first != file:
-                self.problems.add(where, f"{first.name} and {file.name} differ in capitals alone; keep one of them")
+                twins = f"{first.name} and {file.name} differ in capitals alone"
+                self.problems.add(where, f"{twins}, or in how umlauts are stored; keep one of them")
         if not found and not may_be_none:
             literal = "".join(sign for sign in "?[]{}" if sign in name)
             hint = f"; of patterns only * is known here, {' '.join(literal)} stand for themselves" if literal else ""
@@ -149,7 +170,7 @@ class PathChecker:
         return {stars: file for stars, file in found.items() if self._inside(file, where, file.name)}
 
     def _join(self, text: str, where: str) -> Path:
-        return self.folder / text.replace("\\", "/") if self._possible(text, where) else self.folder
+        return _as_stored(self.folder, text.replace("\\", "/")) if self._possible(text, where) else self.folder
 
     def _possible(self, text: str, where: str) -> bool:
         """Say whether a text can be a path on this system at all."""

@@ -1,6 +1,5 @@
 """Reads a project file: every mistake is named at once, and every path made real."""
 
-import unicodedata
 from collections.abc import Iterator
 from dataclasses import replace
 from datetime import date
@@ -28,7 +27,7 @@ from asbuilt_bim.project.mistakes import further_mistakes, message
 from asbuilt_bim.project.model import Project, RigSource, Station, Video, Visit
 from asbuilt_bim.project.networks import NetworkChoice
 from asbuilt_bim.project.options import Options
-from asbuilt_bim.project.paths import MAX_PAIRS, PathChecker, safe_name
+from asbuilt_bim.project.paths import MAX_PAIRS, PathChecker, composed, safe_name
 from asbuilt_bim.project.rules import check_dates, check_photos, check_places
 from asbuilt_bim.project.stations import check_names, listed_stations, listed_visits
 from asbuilt_bim.storage.plugins import PREFIX
@@ -199,7 +198,7 @@ def _visit(visit: VisitFile, where: str, checker: PathChecker) -> Visit:
         at = f"{where}.stations[{index}]"
         if reason := safe_name(station.name):
             checker.problems.add(f"{at}.name", reason)
-        key = unicodedata.normalize("NFC", station.name).casefold()
+        key = composed(station.name).casefold()
         if key in seen:
             checker.problems.add(f"{at}.name", f"'{station.name}' is the name of {seen[key]} too; names are unique")
         seen.setdefault(key, at)
@@ -225,11 +224,11 @@ def _video(written: VideoFile, at: str, checker: PathChecker) -> Video:
 def _station(station: StationFile, at: str, checker: PathChecker) -> Station:
     if station.both is not None:
         both = checker.photo(station.both, f"{at}.both")
-        return Station(name=station.name, left=both, right=both)
+        return Station(name=composed(station.name), left=both, right=both)
     left, right = checker.photo(station.left or "", f"{at}.left"), checker.photo(station.right or "", f"{at}.right")
     if left == right:
         checker.problems.add(f"{at}.right", f"is the same file as left ({station.left}); one that holds both is `both`")
-    return Station(name=station.name, left=left, right=right)
+    return Station(name=composed(station.name), left=left, right=right)
 
 
 def _networks(written: NetworksFile, options: Options, checker: PathChecker) -> NetworkChoice:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from datetime import date
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
+from unicodedata import normalize
 
 import cv2
 import numpy as np
@@ -48,6 +49,26 @@ def test_a_photo_without_its_partner_stays_a_station_whose_other_photo_is_missin
     lone = found.visits[0].stations[0]
     assert {lone.left.name, lone.right.name} == {"A1_left.jpg", "A1_right.jpg"}
     assert lone.left.exists() != lone.right.exists()
+
+
+@pytest.mark.parametrize(("stored", "typed"), [("NFD", "NFC"), ("NFC", "NFD")])
+def test_umlauts_of_a_mac_s_file_names_are_those_that_were_typed(
+    tmp_path: Path, stored: Literal["NFC", "NFD"], typed: Literal["NFC", "NFD"]
+) -> None:
+    folder = tmp_path / normalize(stored, "März")
+    folder.mkdir()
+    for side in ("left", "right"):
+        (folder / normalize(stored, f"Süd Tür_{side}.jpg")).touch()
+    (tmp_path / normalize(stored, "Entwürfe.ifc")).touch()
+    patterns = {side: normalize(typed, f"März/*Tür_{side}.jpg") for side in ("left", "right")}
+    near = {normalize("NFC", "Süd"): {"storey": "Ground floor"}}
+    contents = plain() | {"ifc": normalize(typed, "Entwürfe.ifc")}
+    contents["visits"] = [{"date": "2026-03-02", "stations": patterns, "near_stations": near}]
+    found = read_project(write_project(tmp_path, contents))
+    assert found.ifc[0].is_file()
+    (station,) = found.visits[0].stations
+    assert station.name == normalize("NFC", "Süd") and station.near is not None
+    assert station.left.is_file() and station.right.is_file()
 
 
 def test_photos_of_both_eyes_are_stations_too(tmp_path: Path) -> None:
