@@ -59,7 +59,8 @@ class FoundFiles:
     """What was found, by path relative to the folder; each list in the order of names."""
 
     designs: tuple[str, ...]
-    rigs: tuple[str, ...]
+    rigs: tuple[str, ...]  # that were calibrated with this program
+    factory: tuple[str, ...]  # what a bought camera came with: less sure than photos of a board
     boards: tuple[FoundPhotos, ...]
     visits: tuple[FoundPhotos, ...]
     surveys: tuple[str, ...]
@@ -84,6 +85,7 @@ def find_files(folder: Path) -> FoundFiles:
     return FoundFiles(
         designs=_named(folder, (f for f in files if f.suffix.lower() in _DESIGNS and ".asbuilt" not in f.name)),
         rigs=_named(folder, (f for f in files if _is_rig(f))),
+        factory=_named(folder, (f for f in files if _is_factory(f))),
         boards=tuple(replace(found, board=_board_of(photos[place])) for place, found in paired if place in boards),
         visits=tuple(found for place, found in paired if place not in boards),
         surveys=_named(folder, (f for f in files if f.suffix.lower() == ".csv" and _is_survey(f))),
@@ -288,9 +290,14 @@ def _days(place: Path, lefts: Sequence[Path]) -> tuple[date, ...]:
 
 
 def _is_rig(file: Path) -> bool:
-    if re.fullmatch(r"SN\d+\.conf", file.name):  # a ZED's factory calibration
-        return True
     return file.suffix.lower() in (".yaml", ".yml") and bool(_OURS.search(_head(file)))
+
+
+def _is_factory(file: Path) -> bool:
+    """Say whether a file is a ZED's calibration by its name, or an OAK-D's by its first keys."""
+    if re.fullmatch(r"SN\d+\.conf", file.name):
+        return True
+    return file.suffix.lower() == ".json" and any(key in _head(file) for key in ('"cameraData"', '"left_intrinsics"'))
 
 
 def _is_survey(file: Path) -> bool:

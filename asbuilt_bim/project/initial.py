@@ -43,7 +43,12 @@ def missing(found: FoundFiles) -> tuple[str, ...]:
         lacks.append("no IFC file: copy the design into the folder, and name it under ifc")
     if len(found.designs) > 1:
         lacks.append(f"{len(found.designs)} IFC files: keep under ifc those that are the design")
-    if not found.rigs and not found.boards:
+    if not found.rigs and not found.boards and found.factory:
+        lacks.append(
+            f"photos of a board: {found.factory[0]} is what the camera came with, which is off; areas are surer after "
+            "20 pairs of a board in the folder 'calibration' (asbuilt-bim print board)"
+        )
+    elif not found.rigs and not found.boards:
         lacks.append(
             "no rig: take 20 pairs of a board into the folder 'calibration' (asbuilt-bim print board), or name a rig "
             "file under rig"
@@ -56,6 +61,8 @@ def missing(found: FoundFiles) -> tuple[str, ...]:
             "no survey: markers.csv with the columns id,corner,x_m,y_m,z_m (asbuilt-bim print tags makes the markers); "
             "or give each visit its storey, under near"
         )
+    if len(found.surveys) > 1:
+        lacks.append(f"{len(found.surveys)} surveys ({_some(found.surveys)}): name under markers the one that counts")
     lacks.append("the markers: measure a black square's side, and give size_m under markers")
     if not found.visits and not found.videos and not found.unreadable:
         lacks.append("no photo pairs of a visit: names need 'left' and 'right', such as A1_left.jpg, A1_right.jpg")
@@ -101,9 +108,9 @@ def _design(designs: Sequence[str]) -> list[str]:
 
 
 def _rig(found: FoundFiles) -> list[str]:
-    if found.rigs:
-        others = [f"# or: {_quoted(rig)}" for rig in found.rigs[1:]]
-        return ["rig:", f"  file: {_quoted(found.rigs[0])}", *others]
+    if found.rigs or (found.factory and not found.boards):
+        first, *others = *found.rigs, *found.factory
+        return ["rig:", f"  file: {_quoted(first)}", *(f"# or: {_quoted(rig)}" for rig in others)]
     if not found.boards:
         return [
             "# The calibrated camera: a rig file, or photos of a board.",
@@ -123,6 +130,7 @@ def _rig(found: FoundFiles) -> list[str]:
         "#rig:",
         f"#  boards: {{{size},{markers}",
         f"#           left: {_quoted(boards.left)}, right: {_quoted(boards.right)}}}",
+        *(f"# or, less sure, as the camera came: {{file: {_quoted(rig)}}}" for rig in found.factory),
     ]
 
 
@@ -146,6 +154,7 @@ def _markers(surveys: Sequence[str]) -> list[str]:
         "# The markers: their survey, and the side of their black square as measured on the print. sigma_m is what a",
         "# surveyed coordinate errs by, in metres: 0.002 to 0.003 by a total station.",
         f"#markers: {{survey: {survey}, size_m: 0.25, sigma_m: 0.003}}  {_EXAMPLE}: size_m, sigma_m",
+        *(f"# or the survey: {_quoted(other)}" for other in surveys[1:]),
         "# With a survey that is all. A station that sees fewer than two surveyed tags can be placed by the design:",
         "# give the visit its storey under near, as asbuilt-bim inspect spells it. Survey and near may both be there.",
         "# A rough place of each is better (asbuilt-bim plan shows it so). Stations by patterns have it by name, as in",

@@ -1,5 +1,6 @@
 """`asbuilt-bim init`: a project file drafted from what lies in a folder."""
 
+import re
 from pathlib import Path
 
 from asbuilt_bim.errors import OutputError
@@ -45,7 +46,8 @@ def init_command(folder: Path, screen: Screen) -> int:
     screen.say("Still missing:")
     for number, what in enumerate(missing(found), start=1):
         screen.say(f"  {number}. {what}")
-    screen.say(f"Then: asbuilt-bim run {target} --out results")
+    typed = str(target) if re.fullmatch(r"[\w./\\:~-]+", str(target)) else f'"{target}"'
+    screen.say(f"Then: asbuilt-bim run {typed} --out results")
     return 0
 
 

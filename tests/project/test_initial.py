@@ -155,7 +155,33 @@ def test_a_rig_file_and_a_survey_are_known_by_what_stands_in_them(tmp_path: Path
     made(tmp_path, "tags.csv", text="\ufeffid,corner,x_m,y_m,z_m\n")
     made(tmp_path, "SN21531.conf", text="[LEFT_CAM_2K]\n")
     found = find_files(tmp_path)
-    assert found.rigs == ("SN21531.conf", "rigs/mine.yaml") and found.surveys == ("tags.csv",)
+    made(tmp_path, "calib.json", text='{\n    "batchName": "",\n    "cameraData": [')
+    found = find_files(tmp_path)
+    assert found.rigs == ("rigs/mine.yaml",) and found.surveys == ("tags.csv",)
+    assert found.factory == ("SN21531.conf", "calib.json")
+    assert '  file: "rigs/mine.yaml"\n# or: "SN21531.conf"' in initial_text("Site", found)
+
+
+def test_a_bought_camera_s_own_numbers_are_drafted_only_where_no_board_was_photographed(tmp_path: Path) -> None:
+    made(tmp_path, "design.ifc", "oak calib.json", text='{"cameraData": []}')
+    found = find_files(tmp_path)
+    assert 'rig:\n  file: "oak calib.json"\n' in initial_text("Site", found)
+    assert any("oak calib.json is what the camera came with, which is off" in one for one in missing(found))
+    made(tmp_path, "calibration/left_1.jpg", "calibration/right_1.jpg")
+    text = initial_text("Site", find_files(tmp_path))
+    assert "\n#rig:\n#  boards:" in text
+    assert '# or, less sure, as the camera came: {file: "oak calib.json"}' in text
+
+
+def test_a_second_survey_is_named_and_not_left_out_without_a_word(tmp_path: Path) -> None:
+    found = find_files(made(tmp_path, "markers.csv", "markers 2.csv", text="id,corner,x_m,y_m,z_m\n"))
+    assert '# or the survey: "markers.csv"' in initial_text("Site", found)
+    assert "2 surveys (markers 2.csv, markers.csv): name under markers the one that counts" in missing(found)
+
+
+def test_the_command_to_run_next_can_be_pasted_where_the_folder_has_a_blank(tmp_path: Path) -> None:
+    done = CliRunner().invoke(app, ["init", str(made(tmp_path / "My site (2)", "design.ifc"))])
+    assert f'asbuilt-bim run "{tmp_path / "My site (2)" / "project.yaml"}" --out' in done.output.replace("\n", "")
 
 
 def test_a_draft_of_hostile_names_is_still_the_yaml_that_was_meant(tmp_path: Path) -> None:
