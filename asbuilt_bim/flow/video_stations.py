@@ -17,7 +17,7 @@ from asbuilt_bim.camera.video.frames import PROGRESS, TakenFrame, station_names,
 from asbuilt_bim.camera.video.recorded import made_on
 from asbuilt_bim.errors import PhotoError, ProjectError
 from asbuilt_bim.flow.measure_visit import Progress
-from asbuilt_bim.project.check import NEAR
+from asbuilt_bim.project.check import NEAR, refuse_missing
 from asbuilt_bim.project.model import Project, Station, Video, Visit
 from asbuilt_bim.project.paths import composed, safe_name
 from asbuilt_bim.scale.apart import Ended, Limits, run_apart
@@ -40,11 +40,12 @@ def with_video_stations(project: Project, cache: Cache, progress: Progress) -> I
 
     Raises:
         PhotoError: a video can't be used; the text says why and what to do.
-        ProjectError: a station of a video has the name of one that is listed.
+        ProjectError: a station of a video has the name of one that is listed; or a file of the project is missing.
     """
     if all(visit.video is None for visit in project.visits):
         yield project
         return
+    refuse_missing(project)  # before minutes are spent on looking through videos
     with contextlib.ExitStack() as after:
         if cache.folder is None:
             place = Path(after.enter_context(tempfile.TemporaryDirectory(prefix="asbuilt-bim-")))

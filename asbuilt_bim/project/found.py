@@ -14,7 +14,7 @@ from asbuilt_bim.errors import PhotoError
 
 MAX_FILES, MAX_DEPTH = 50_000, 4
 _DESIGNS = (".ifc", ".ifczip")
-_VIDEOS = (".mp4", ".mov", ".avi", ".mkv")
+VIDEOS = (".mp4", ".mov", ".avi", ".mkv")
 _PHOTOS = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
 PICTURES = (*_PHOTOS, ".heic", ".heif", ".webp", ".bmp", ".gif", ".dng", ".cr2", ".cr3", ".nef", ".arw")
 """Photos, and what else people take for one."""
@@ -89,7 +89,7 @@ def find_files(folder: Path) -> FoundFiles:
         boards=tuple(replace(found, board=_board_of(photos[place])) for place, found in paired if place in boards),
         visits=tuple(found for place, found in paired if place not in boards),
         surveys=_named(folder, (f for f in files if f.suffix.lower() == ".csv" and _is_survey(f))),
-        videos=tuple(_videos(folder, [f for f in files if f.suffix.lower() in _VIDEOS])),
+        videos=tuple(_videos(folder, [f for f in files if f.suffix.lower() in VIDEOS])),
         photos_alone=_named(folder, alone),
         unreadable=_named(
             folder, (f for f in files if f.suffix.lower() in PICTURES and f.suffix.lower() not in _PHOTOS)

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from asbuilt_bim.errors import OptionError, PhotoError
-from asbuilt_bim.project.found import PICTURES, name_of, partner_of, photos_in
+from asbuilt_bim.project.found import PICTURES, VIDEOS, name_of, partner_of, photos_in
 from asbuilt_bim.project.model import Project, Station
 from asbuilt_bim.project.stations import counted
 from asbuilt_bim.storage.regular_file import file_alike
@@ -73,7 +73,7 @@ def _in_folder(folder: Path, *, side_by_side: bool) -> tuple[Station, ...]:
     if not photos:
         others = left_over([folder], ())
         said = f", but {len(others)} pictures such as {others[0]}: convert them to JPEG, in full size" if others else ""
-        remedy = "" if others else "; name the folder with today's pairs"
+        remedy = _of_videos(folder) or ("" if others else "; name the folder with today's pairs")
         raise PhotoError(f"{folder}: holds no photos that can be read (jpg, png){said}{remedy}")
     if side_by_side:
         return tuple(Station(name=path.stem, left=path, right=path) for path in photos)
@@ -82,10 +82,17 @@ def _in_folder(folder: Path, *, side_by_side: bool) -> tuple[Station, ...]:
         count = "the camera of its only photo" if len(photos) == 1 else f"which camera took its {len(photos)} photos"
         raise PhotoError(
             f"{folder}: nobody can tell {count}; name them left and right "
-            "(A1_left.jpg, A1_right.jpg), or name the photos in pairs"
+            f"(A1_left.jpg, A1_right.jpg), or name the photos in pairs{_of_videos(folder)}"
         )
     named = [Station(name=name_of(left, right), left=left, right=right) for left, right in pairs]
     return _named_apart(sorted(named, key=lambda one: counted(one.name)))
+
+
+def _of_videos(folder: Path) -> str:
+    """Say what becomes of a folder's videos; "" where it holds none."""
+    if any(one.suffix.lower() in VIDEOS and not one.name.startswith(".") for one in folder.iterdir()):
+        return "; its videos aren't looked at here: name them under video in the project file, and run it"
+    return ""
 
 
 def left_over(photos: Sequence[Path], stations: Sequence[Station]) -> tuple[str, ...]:

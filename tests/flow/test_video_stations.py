@@ -11,7 +11,7 @@ import pytest
 
 from asbuilt_bim.camera.photo.read import decode, read_photo
 from asbuilt_bim.camera.video.recorded import made_on
-from asbuilt_bim.errors import PhotoError, ProjectError
+from asbuilt_bim.errors import ProjectError
 from asbuilt_bim.flow.video_stations import with_video_stations
 from asbuilt_bim.project.found import find_files
 from asbuilt_bim.project.initial import initial_text
@@ -44,6 +44,8 @@ def films(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def project(films: Path, visit: dict[str, Any]) -> Project:
+    for needed in ("design.ifc", "markers.csv"):
+        (films / needed).touch()
     return read_project(write_project(films, {**plain(), "visits": [{"date": "2026-03-02", **visit}]}))
 
 
@@ -107,9 +109,18 @@ def test_frames_say_the_day_of_their_film_unless_it_was_exported_later(
 
 def test_a_missing_video_is_named(films: Path, tmp_path: Path) -> None:
     found = project(films, {"video": {**BOTH, "right": "gone.avi"}})
-    gone = pytest.raises(PhotoError, match=r"gone\.avi: there is no such file")
+    gone = pytest.raises(ProjectError, match=r"visits\[0\].video.right: gone\.avi")
     with gone, with_video_stations(found, Cache(folder=tmp_path), Steps()):
         pass
+
+
+def test_a_missing_design_is_told_before_the_video_is_looked_through(films: Path, tmp_path: Path) -> None:
+    found = project(films, {"video": BOTH})
+    (films / "design.ifc").unlink()
+    steps, cache = Steps(), Cache(folder=tmp_path)
+    with pytest.raises(ProjectError, match=r"design\.ifc"), with_video_stations(found, cache, steps):
+        pass
+    assert not steps.seen
 
 
 @pytest.mark.parametrize(

@@ -72,6 +72,13 @@ def test_a_folder_of_pictures_that_nothing_here_reads_is_told_to_be_converted(pr
         stations_of([folder], project)
 
 
+@pytest.mark.parametrize("beside", [(), ("Screenshot 1.png",)])
+def test_a_folder_of_videos_is_told_where_they_belong(project: Project, tmp_path: Path, beside: tuple[str]) -> None:
+    folder = touched(tmp_path / "today", "walk left.mov", "walk right.mov", "._walk left.mov", *beside)
+    with pytest.raises(PhotoError, match="its videos aren't looked at here: name them under video"):
+        stations_of([folder], project)
+
+
 def test_where_the_project_has_both_eyes_in_one_file_so_have_todays_photos(project: Project, tmp_path: Path) -> None:
     both = Station(name="A", left=tmp_path / "a.jpg", right=tmp_path / "a.jpg")
     wide = replace(project, visits=(Visit(date=date(2026, 3, 2), stations=(both,)),))

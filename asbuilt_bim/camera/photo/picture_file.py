@@ -45,8 +45,10 @@ def has_alpha(data: bytes) -> bool:
 
 
 def _guess(data: bytes) -> str:
-    if data[4:8] == b"ftyp":
-        return "it looks like HEIC or a film"
+    if data[4:8] == b"ftyp" and data[8:11] in (b"hei", b"hev", b"mif", b"msf", b"avi"):
+        return "it looks like HEIC"
+    if data[4:8] in (b"ftyp", b"moov", b"wide") or data[8:12] == b"AVI " or data[:4] == b"\x1aE\xdf\xa3":
+        return "it looks like a video, which belongs under video in the project file"
     if data[:4] in (b"II*\x00", b"MM\x00*"):
         return "it looks like TIFF or a camera's RAW"
     if data[:4] == b"RIFF" or data[:4] == b"GIF8" or data[:2] == b"BM":

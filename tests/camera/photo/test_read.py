@@ -75,7 +75,9 @@ def test_exif_orientation_does_not_turn_the_pixels() -> None:
     [
         ("empty.jpg", b"", "empty"),
         ("notes.jpg", b"These are my notes of the visit.\n", "looks like text"),
-        ("phone.heic", b"\x00\x00\x00\x18ftypheic" + b"\x00" * 32, "HEIC"),
+        ("phone.heic", b"\x00\x00\x00\x18ftypheic" + b"\x00" * 32, r"looks like HEIC\)"),
+        ("walk.mov", b"\x00\x00\x00\x14ftypqt  " + b"\x00" * 32, "a video, which belongs under video"),
+        ("walk.mkv", b"\x1aE\xdf\xa3" + b"\x00" * 32, "a video, which belongs under video"),
         ("raw.jpg", b"II*\x00" + b"\x00" * 32, "RAW"),
         ("cut.jpg", encoded()[: len(encoded()) // 2], "truncated"),
         ("end.jpg", encoded()[:-2], "truncated"),
