@@ -55,6 +55,17 @@ def test_a_blurred_frame_is_passed_over(tmp_path: Path) -> None:
     assert {frame.number for frame in found[:-1]} <= sharp
 
 
+def test_a_covered_lens_gives_no_stations_before_the_walk_or_in_it(tmp_path: Path) -> None:
+    pairs = panned(100, 5.0)
+    dark = (np.zeros((SIZE[1], SIZE[0], 3), dtype=np.uint8),) * 2
+    noisy = [np.random.default_rng(n).integers(0, 30, (SIZE[1], SIZE[0], 3)).astype(np.uint8) for n in range(40)]
+    walk = [*[dark] * 40, *pairs[:50], *[dark] * 40, *[(one, one) for one in noisy], *pairs[50:]]
+    films = [write_film(tmp_path / f"{side}.avi", [pair[n] for pair in walk]) for n, side in enumerate("lr")]
+    numbers = [frame.number for frame in taken(tmp_path, *films)]
+    assert all(40 <= number < 90 or number >= 170 for number in numbers)
+    assert any(number < 90 for number in numbers) and any(number >= 170 for number in numbers)
+
+
 def test_one_video_of_both_eyes_gives_the_same_frames_as_two(tmp_path: Path) -> None:
     pairs = panned(60, 5.0)
     both = write_film(tmp_path / "both.avi", [np.hstack(pair) for pair in pairs])

@@ -56,6 +56,7 @@ class _Walk:
     best: FramePair | None = None
     best_sharp: float = -1.0
     small: list[ByteImage] = field(default_factory=list)  # from the best frame on
+    steady: bool = True  # the last two looks show the same, or it didn't matter
 
     @property
     def overlap(self) -> float:
@@ -65,6 +66,7 @@ class _Walk:
     def look(self, grey: ByteImage) -> None:
         """Follow the points into the next frame."""
         self.points = followed(self.last, grey, self.points)
+        self.steady = self.overlap >= LEAST_OVERLAP or self.best is not None or _same(self.last, grey)
         self.last = grey
         if self.best is not None:
             self.small.append(grey)
@@ -84,6 +86,12 @@ class _Walk:
         for before, after in zip(self.small, self.small[1:], strict=False):
             self.points = followed(before, after, self.points)
         self.best, self.best_sharp, self.small = None, -1.0, []
+
+
+def _same(before: ByteImage, after: ByteImage) -> bool:
+    """Say whether two looks show the same: of a covered lens, darkness or a blur nothing can be followed."""
+    points = points_of(before)
+    return len(followed(before, after, points)) > LEAST_OVERLAP * len(points)
 
 
 def _copied(pair: FramePair) -> FramePair:
@@ -116,7 +124,7 @@ def take_frames(
         if pair.number // step % 5 == 0:
             _tell(Path(folder), pair.number, count)
         grey = small_grey(pair.left)
-        if walk is None:
+        if walk is None or not walk.counted:
             points = points_of(grey)
             walk = _Walk(points=points, counted=len(points), last=grey)
         else:
@@ -137,7 +145,7 @@ def _chosen(walk: _Walk, pair: FramePair, grey: ByteImage, *, first: bool) -> bo
             walk.offer(pair, grey)
             return False
         return True
-    if walk.overlap < LEAST_OVERLAP + SPARE and (walk.overlap >= LEAST_OVERLAP or walk.best is None):
+    if walk.steady and walk.overlap < LEAST_OVERLAP + SPARE and (walk.overlap >= LEAST_OVERLAP or walk.best is None):
         walk.offer(pair, grey)
     return walk.best is not None and walk.overlap < LEAST_OVERLAP
 
