@@ -20,6 +20,7 @@ from asbuilt_bim.flow.measure_visit import Progress
 from asbuilt_bim.project.check import NEAR, refuse_missing
 from asbuilt_bim.project.model import Project, Station, Video, Visit
 from asbuilt_bim.project.paths import composed, safe_name
+from asbuilt_bim.project.stations import named_wrongly
 from asbuilt_bim.scale.apart import Ended, Limits, run_apart
 from asbuilt_bim.scale.cache import Cache, digest_of
 from asbuilt_bim.scale.fingerprint import library_versions
@@ -40,7 +41,8 @@ def with_video_stations(project: Project, cache: Cache, progress: Progress) -> I
 
     Raises:
         PhotoError: a video can't be used; the text says why and what to do.
-        ProjectError: a station of a video has the name of one that is listed; or a file of the project is missing.
+        ProjectError: a station of a video has the name of one that is listed, a rough place that of none, or a file of
+            the project is missing.
     """
     if all(visit.video is None for visit in project.visits):
         yield project
@@ -66,8 +68,18 @@ def _with_stations(visit: Visit, project: Project, place: Path, progress: Progre
             raise ProjectError(
                 f"{project.path}: '{name}' is a station of the video and listed too; rename the listed one"
             )
-    taken = tuple(Station(name=name, left=folder / f"{name}_left.png", right=folder / f"{name}_right.png")
-                  for name in names)  # fmt: skip
+    rough = visit.video.near_stations
+    for name, wrong in named_wrongly(rough, names).items():
+        raise ProjectError(f"{project.path}: near_stations.{name} of {visit.date} {wrong}")
+    taken = tuple(
+        Station(
+            name=name,
+            left=folder / f"{name}_left.png",
+            right=folder / f"{name}_right.png",
+            near=rough.get(name) or visit.video.near,
+        )
+        for name in names
+    )
     return replace(visit, stations=(*visit.stations, *taken))
 
 

@@ -48,6 +48,8 @@ class Video:
 
     left: Path
     right: Path | None
+    near: NearFile | None = None  # roughly where its stations stood
+    near_stations: Mapping[str, NearFile] = field(default_factory=dict)  # by name, of those that aren't listed
 
     @property
     def files(self) -> tuple[Path, ...]:

@@ -204,8 +204,13 @@ def _visit(visit: VisitFile, where: str, checker: PathChecker) -> Visit:
         seen.setdefault(key, at)
         near = station.near or visit.near_stations.get(station.name) or visit.near
         stations.append(replace(_station(station, at, checker), near=near))
-    check_names(visit.near_stations, listed, where, checker)
-    video = _video(visit.video, f"{where}.video", checker) if visit.video is not None else None
+    video = None
+    if visit.video is None:
+        check_names(visit.near_stations, listed, where, checker)
+    else:
+        names = {station.name for station in listed}
+        others = {name: near for name, near in visit.near_stations.items() if name not in names}
+        video = replace(_video(visit.video, f"{where}.video", checker), near=visit.near, near_stations=others)
     return Visit(
         date=visit.date, stations=tuple(stations), camera_clock_wrong=visit.camera_clock_wrong, video=video
     )  # fmt: skip

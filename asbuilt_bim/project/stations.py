@@ -28,12 +28,19 @@ def check_names(
     near: Mapping[str, NearFile], stations: Sequence[StationFile], where: str, checker: PathChecker
 ) -> None:
     """Name each rough place that no station has, with the station that is meant most likely, or those there are."""
-    names = [station.name for station in stations]
+    for name, wrong in named_wrongly(near, [station.name for station in stations]).items():
+        checker.problems.add(f"{where}.near_stations.{name}", wrong)
+
+
+def named_wrongly(near: Mapping[str, NearFile], names: Sequence[str]) -> dict[str, str]:
+    """Return what is wrong with each rough place that none of a visit's stations by name has."""
+    wrong = {}
     for name in near.keys() - set(names):
         alike = difflib.get_close_matches(name, names, n=1)
         there = f"did you mean {alike[0]}?" if alike else f"its stations are {', '.join(names[:5])}"
         more = " and more" if not alike and len(names) > 5 else ""
-        checker.problems.add(f"{where}.near_stations.{name}", f"names no station of this visit; {there}{more}")
+        wrong[name] = f"names no station of this visit; {there}{more}"
+    return wrong
 
 
 def listed_stations(

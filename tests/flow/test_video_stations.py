@@ -114,6 +114,20 @@ def test_a_missing_video_is_named(films: Path, tmp_path: Path) -> None:
         pass
 
 
+def test_stations_of_a_video_have_the_visit_s_rough_place_or_their_own(films: Path, tmp_path: Path) -> None:
+    places = {"near": {"storey": "GF"}, "near_stations": {"walk_0002": {"storey": "1F"}}}
+    found = project(films, {"video": BOTH, **places})
+    with with_video_stations(found, Cache(folder=tmp_path), Steps()) as one:
+        first, second, *_ = one.visits[0].stations
+    assert first.near is not None and first.near.storey == "GF"
+    assert second.near is not None and second.near.storey == "1F"
+    places["near_stations"] = {"walk_002": {"storey": "1F"}}
+    found = project(films, {"video": BOTH, **places})
+    wrong = pytest.raises(ProjectError, match=r"near_stations\.walk_002 .* did you mean walk_0002\?")
+    with wrong, with_video_stations(found, Cache(folder=tmp_path), Steps()):
+        pass
+
+
 def test_a_missing_design_is_told_before_the_video_is_looked_through(films: Path, tmp_path: Path) -> None:
     found = project(films, {"video": BOTH})
     (films / "design.ifc").unlink()
