@@ -44,7 +44,7 @@ def with_video_stations(project: Project, cache: Cache, progress: Progress) -> I
         ProjectError: a station of a video has the name of one that is listed, a rough place that of none, or a file of
             the project is missing.
     """
-    if all(visit.video is None for visit in project.visits):
+    if not any(visit.videos for visit in project.visits):
         yield project
         return
     refuse_missing(project)  # before minutes are spent on looking through videos
@@ -59,28 +59,28 @@ def with_video_stations(project: Project, cache: Cache, progress: Progress) -> I
 
 
 def _with_stations(visit: Visit, project: Project, place: Path, progress: Progress) -> Visit:
-    if visit.video is None:
-        return visit
-    folder, names = _frames(visit.video, project, place, progress, visit.date)
-    listed = {station.name.casefold() for station in visit.stations}
-    for name in names:
-        if name.casefold() in listed:
+    stations = list(visit.stations)
+    for video in visit.videos:
+        folder, names = _frames(video, project, place, progress, visit.date)
+        there = {station.name.casefold() for station in stations}
+        if twice := next((name for name in names if name.casefold() in there), ""):
             raise ProjectError(
-                f"{project.path}: '{name}' is a station of the video and listed too; rename the listed one"
+                f"{project.path}: '{twice}' is a station of the video {project.relative(video.left)}, and listed too "
+                "or another video's; rename the listed one, or the video"
             )
-    rough = visit.video.near_stations
-    for name, wrong in named_wrongly(rough, names).items():
+        stations += [
+            Station(
+                name=name,
+                left=folder / f"{name}_left.png",
+                right=folder / f"{name}_right.png",
+                near=visit.near_stations.get(name) or visit.near,
+            )
+            for name in names
+        ]
+    made = [station.name for station in stations]
+    for name, wrong in named_wrongly(visit.near_stations, made).items():
         raise ProjectError(f"{project.path}: near_stations.{name} of {visit.date} {wrong}")
-    taken = tuple(
-        Station(
-            name=name,
-            left=folder / f"{name}_left.png",
-            right=folder / f"{name}_right.png",
-            near=rough.get(name) or visit.video.near,
-        )
-        for name in names
-    )
-    return replace(visit, stations=(*visit.stations, *taken))
+    return replace(visit, stations=tuple(stations))
 
 
 def _frames(video: Video, project: Project, place: Path, progress: Progress, day: date) -> tuple[Path, list[str]]:

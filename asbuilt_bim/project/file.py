@@ -256,11 +256,11 @@ class VideoFile:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VisitFile:
-    """One of `visits`: its stations, a video of which stations are made, or both."""
+    """One of `visits`: its stations, videos of which stations are made, or both."""
 
     date: date
     stations: tuple[StationFile, ...] | PatternsFile = ()
-    video: VideoFile | None = None
+    video: tuple[VideoFile, ...] | VideoFile = ()  # a walk, or several of one day
     camera_clock_wrong: bool = False  # the photos' own days don't count
     near: NearFile | None = None  # of its stations that say nothing themselves
     near_stations: dict[str, NearFile] = field(default_factory=dict)  # by name: stations by patterns say nothing

@@ -48,8 +48,6 @@ class Video:
 
     left: Path
     right: Path | None
-    near: NearFile | None = None  # roughly where its stations stood
-    near_stations: Mapping[str, NearFile] = field(default_factory=dict)  # by name, of those that aren't listed
 
     @property
     def files(self) -> tuple[Path, ...]:
@@ -59,12 +57,14 @@ class Video:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Visit:
-    """The stations of one date, in the file's order; those of its video are made of it when a run begins."""
+    """The stations of one date, in the file's order; those of its videos are made of them when a run begins."""
 
     date: date
     stations: tuple[Station, ...]
     camera_clock_wrong: bool = False  # its photos' own days don't count
-    video: Video | None = None
+    videos: tuple[Video, ...] = ()
+    near: NearFile | None = None  # roughly where the videos' stations stood
+    near_stations: Mapping[str, NearFile] = field(default_factory=dict)  # by name, of those that aren't listed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -138,7 +138,7 @@ class Project:
     def sources(self) -> tuple[Path, ...]:
         """Return every file that the project reads; none of them is ever written."""
         photos = [p for v in self.visits for s in v.stations for p in (s.left, s.right)]
-        photos += [p for v in self.visits if v.video is not None for p in v.video.files]
+        photos += [p for v in self.visits for video in v.videos for p in video.files]
         boards = [p for pair in self.rig.pairs for p in pair]
         rig = [*self.rig.files, *([self.rig.control_points] if self.rig.control_points is not None else [])]
         named = self.schedule, self.costs, self.observations, self.last_workbook, self.survey, self.poses

@@ -158,7 +158,7 @@ def _visit_pairs(day: date | None, visits: list[Visit], problems: Problems) -> t
     chosen = [visit for visit in visits if day in (None, visit.date)]
     if day is not None and not chosen:
         problems.add("rig.tags.visit", f"there is no visit of {day}")
-    if any(visit.video is not None for visit in chosen):
+    if any(visit.videos for visit in chosen):
         problems.add("rig.tags", "takes photos: the frames of a video aren't there yet; name photos under rig.tags")
     pairs = [(station.left, station.right) for visit in chosen for station in visit.stations]
     if len(pairs) > MAX_PAIRS:
@@ -192,7 +192,7 @@ def _visit(visit: VisitFile, where: str, checker: PathChecker) -> Visit:
     seen: dict[str, str] = {}
     stations = []
     listed = listed_stations(visit.stations, f"{where}.stations", checker)
-    if not visit.stations and visit.video is None:
+    if not visit.stations and not visit.video:
         checker.problems.add(f"{where}.stations", "is empty: a visit has at least one station, or a video")
     for index, station in enumerate(listed):
         at = f"{where}.stations[{index}]"
@@ -204,16 +204,23 @@ def _visit(visit: VisitFile, where: str, checker: PathChecker) -> Visit:
         seen.setdefault(key, at)
         near = station.near or visit.near_stations.get(station.name) or visit.near
         stations.append(replace(_station(station, at, checker), near=near))
-    video = None
-    if visit.video is None:
+    if not visit.video:
         check_names(visit.near_stations, listed, where, checker)
-    else:
-        names = {station.name for station in listed}
-        others = {name: near for name, near in visit.near_stations.items() if name not in names}
-        video = replace(_video(visit.video, f"{where}.video", checker), near=visit.near, near_stations=others)
+    names = {station.name for station in listed}
     return Visit(
-        date=visit.date, stations=tuple(stations), camera_clock_wrong=visit.camera_clock_wrong, video=video
-    )  # fmt: skip
+        date=visit.date,
+        stations=tuple(stations),
+        camera_clock_wrong=visit.camera_clock_wrong,
+        videos=_videos(visit.video, f"{where}.video", checker),
+        near=visit.near,
+        near_stations={name: near for name, near in visit.near_stations.items() if name not in names},
+    )
+
+
+def _videos(written: tuple[VideoFile, ...] | VideoFile, at: str, checker: PathChecker) -> tuple[Video, ...]:
+    if isinstance(written, VideoFile):
+        return (_video(written, at, checker),)
+    return tuple(_video(one, f"{at}[{number}]", checker) for number, one in enumerate(written))
 
 
 def _video(written: VideoFile, at: str, checker: PathChecker) -> Video:
@@ -272,4 +279,4 @@ def _with_photos(written: ProjectFile, checker: PathChecker) -> Iterator[VisitFi
     trial = replace(checker, problems=Problems(), files={})
     for visit in listed_visits(written.visits, trial):
         if listed_stations(visit.stations, "", trial):
-            yield replace(visit, video=None)
+            yield replace(visit, video=())

@@ -46,7 +46,12 @@ def check_dates(visits: tuple[VisitFile, ...], problems: Problems, *, visited: b
     seen: dict[date, int] = {}
     for index, visit in enumerate(visits):
         if visit.date in seen:
-            problems.add(f"visits[{index}].date", f"{visit.date} is the date of visits[{seen[visit.date]}] too")
+            remedy = "a visit may hold several videos, and stations beside them"
+            twice = f"{visit.date} is the date of visits[{seen[visit.date]}] too"
+            problems.add(
+                f"visits[{index}].date",
+                f"{twice}; {remedy}" if visit.video or visits[seen[visit.date]].video else twice,
+            )
         seen.setdefault(visit.date, index)
         if not YEARS[0] <= visit.date.year <= YEARS[1]:
             problems.add(

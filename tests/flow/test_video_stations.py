@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -63,6 +64,18 @@ def test_a_walk_becomes_stations_once_and_is_found_again(films: Path, tmp_path: 
     assert first.seen[-1][1:] == (1, 1, f"{len(names)} stations")
 
 
+def test_a_visit_has_the_stations_of_several_walks(films: Path, tmp_path: Path) -> None:
+    shutil.copy(films / "walk_left.avi", films / "upstairs left.avi")
+    shutil.copy(films / "walk_right.avi", films / "upstairs right.avi")
+    upstairs = {"left": "upstairs left.avi", "right": "upstairs right.avi"}
+    found = project(films, {"video": [BOTH, upstairs], "near_stations": {"upstairs_0001": {"storey": "1F"}}})
+    assert {films / name for name in (*BOTH.values(), *upstairs.values())} <= set(found.sources)
+    with with_video_stations(found, Cache(folder=tmp_path), Steps()) as one:
+        stations = {station.name: station for station in one.visits[0].stations}
+    assert {"walk_0001", "upstairs_0001"} <= set(stations)
+    assert stations["upstairs_0001"].near is not None and stations["walk_0001"].near is None
+
+
 def test_without_a_cache_the_frames_go_when_the_run_ends(films: Path) -> None:
     with with_video_stations(project(films, {"video": BOTH}), Cache(folder=None), Steps()) as found:
         left = found.visits[0].stations[0].left
@@ -78,7 +91,7 @@ def test_a_visit_has_the_stations_that_are_listed_too(films: Path, tmp_path: Pat
         assert [station.name for station in one.visits[0].stations][:2] == ["A1", "walk_0001"]
     listed[0]["name"] = "walk_0001"
     found = project(films, {"stations": listed, "video": BOTH})
-    wanted = pytest.raises(ProjectError, match="'walk_0001' is a station of the video and listed")
+    wanted = pytest.raises(ProjectError, match=r"'walk_0001' is a station of the video .*and listed")
     with wanted, with_video_stations(found, Cache(folder=tmp_path), Steps()):
         pass
 
@@ -144,6 +157,8 @@ def test_a_missing_design_is_told_before_the_video_is_looked_through(films: Path
         ({"video": {"left": "walk_left.avi"}}, "needs left and right, or both"),
         ({"video": {"left": "walk_left.avi", "right": "walk_left.avi"}}, "is the same file as left"),
         ({"video": {"both": "../walk.avi"}}, "leads out of the project folder"),
+        ({"video": [BOTH, {"both": "../walk.avi"}]}, r"video\[1\].both: .* leads out of the project folder"),
+        ({"video": []}, "a visit has at least one station, or a video"),
     ],
 )
 def test_what_is_wrong_with_a_video_in_the_project_file_is_named(films: Path, visit: dict[str, Any], text: str) -> None:
@@ -171,3 +186,9 @@ def test_a_draft_names_the_videos_it_finds(tmp_path: Path) -> None:
     assert "  - date: 2026-03-02  # a walk" in text
     assert '    video: {left: "2026-03-02/walk_left.mp4", right: "2026-03-02/walk_right.mp4"}' in text
     assert '#    video: {both: "hall.mov"}' in text
+
+
+def test_two_visits_of_one_day_are_told_that_one_may_hold_both_videos(films: Path) -> None:
+    contents = plain() | {"visits": [{"date": "2026-03-02", "video": {**BOTH}} for _ in range(2)]}
+    with pytest.raises(ProjectError, match="is the date of visits\\[0\\] too; a visit may hold several videos"):
+        read_project(write_project(films, contents))
