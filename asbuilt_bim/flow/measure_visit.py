@@ -261,7 +261,7 @@ def read_pair(station: Station, project: Project) -> StationPhotos | RejectedSta
 
 def with_photos(outcome: Outcome, station: Station, project: Project) -> Outcome:
     """Return an outcome that names the photos where they are exchanged: what a person has to rename."""
-    if not isinstance(outcome, RejectedStation) or station.side_by_side:
+    if not isinstance(outcome, RejectedStation) or station.side_by_side or station.of_video:
         return outcome
     names = {"left_photo": project.relative(station.left), "right_photo": project.relative(station.right)}
     told = [

@@ -74,6 +74,7 @@ def _with_stations(visit: Visit, project: Project, place: Path, progress: Progre
                 left=folder / f"{name}_left.png",
                 right=folder / f"{name}_right.png",
                 near=visit.near_stations.get(name) or visit.near,
+                of_video=True,
             )
             for name in names
         ]

@@ -35,6 +35,7 @@ class Station:
     left: Path
     right: Path
     near: NearFile | None = None  # where it stood, roughly
+    of_video: bool = False  # its photos are frames in the cache's folder, which nobody should rename
 
     @property
     def side_by_side(self) -> bool:

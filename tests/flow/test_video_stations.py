@@ -12,12 +12,16 @@ import pytest
 
 from asbuilt_bim.camera.photo.read import decode, read_photo
 from asbuilt_bim.camera.video.recorded import made_on
-from asbuilt_bim.errors import ProjectError
+from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.errors import ProjectError, rejected
+from asbuilt_bim.flow.measure_visit import with_photos
 from asbuilt_bim.flow.video_stations import with_video_stations
+from asbuilt_bim.measure.station_photos import RejectedStation
 from asbuilt_bim.project.found import find_files
 from asbuilt_bim.project.initial import initial_text
 from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.read import read_project
+from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.scale.cache import Cache
 from tests.camera.stereo_films import panned, write_film
 from tests.project_folder import plain, write_project
@@ -192,3 +196,14 @@ def test_two_visits_of_one_day_are_told_that_one_may_hold_both_videos(films: Pat
     contents = plain() | {"visits": [{"date": "2026-03-02", "video": {**BOTH}} for _ in range(2)]}
     with pytest.raises(ProjectError, match="is the date of visits\\[0\\] too; a visit may hold several videos"):
         read_project(write_project(films, contents))
+
+
+def test_who_exchanged_a_video_s_eyes_is_not_sent_to_rename_frames_in_the_cache(films: Path, tmp_path: Path) -> None:
+    with with_video_stations(project(films, {"video": BOTH}), Cache(folder=tmp_path), Steps()) as one:
+        station = one.visits[0].stations[0]
+    about_it = about(SubjectKind.STATION, station.name)
+    swapped = rejected(Reason.PHOTOS_SWAPPED, about_it, rows_px=5.8, undone_rows_px=1.3, limit_px=2.0)
+    told = with_photos(RejectedStation(station=station.name, rejections=(swapped,)), station, one)
+    assert isinstance(told, RejectedStation)
+    words = str(words_of(told.rejections[0]))
+    assert "_left.png" not in words and "exchange left and right of the photos or of the video" in words

@@ -68,7 +68,7 @@ def _swapped(reason: str, value: str, limit: str = "") -> Callable[[Values], Wor
     """Return the words for a pair whose photos are exchanged; files that are known are named with what to do."""
 
     def words(values: Values) -> Words:
-        remedy = "exchange the left and the right photo: no new ones are needed"
+        remedy = "exchange left and right of the photos or of the video in the project file: no new ones are needed"
         if "left_photo" in values:
             remedy = fill(
                 "give {left_photo} and {right_photo} each other's name, or exchange them in the project file: no new "
