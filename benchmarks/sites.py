@@ -34,7 +34,8 @@ wrong states. 144 to 149 named what to mend next, unopened. 150 judged a model o
 were run once for the record, unopened; 158 to 160 judged worse light. 161 and 162 judged where faces end, before and
 after sites were in its fit. 163 to 170 judged how high elements reach, before and after that was fitted, and what was
 wrong there was looked at. 183 to 190 judged how clear evidence is, before and after, 191 and 192 what visits
-forget, and 193 to 196 what earlier visits count for. None of the spent ones can say any more what the program does on a new site.
+forget, and 193 to 196 what earlier visits count for. None of the spent ones can say any more what the program does on
+a new site.
 Eight sites, since six held 22 elements that nobody saw, where 25 are asked for."""
 
 
