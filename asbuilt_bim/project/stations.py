@@ -35,7 +35,7 @@ def check_names(
 def named_wrongly(near: Mapping[str, NearFile], names: Sequence[str]) -> dict[str, str]:
     """Return what is wrong with each rough place that none of a visit's stations by name has."""
     wrong = {}
-    for name in near.keys() - set(names):
+    for name in sorted(near.keys() - set(names)):
         alike = difflib.get_close_matches(name, names, n=1)
         there = f"did you mean {alike[0]}?" if alike else f"its stations are {', '.join(names[:5])}"
         more = " and more" if not alike and len(names) > 5 else ""

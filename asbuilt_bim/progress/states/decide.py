@@ -53,11 +53,8 @@ def decide_element(
         own, matches = samples.face == index, by_face.get(face.face_id, ())
         state = _face_state(face, samples, own, votes, matches, was, past, options, elsewhere_m)
         rows = row_log_odds([side for side in sides if side.face == index], votes.log_odds)
-        faces.append(
-            replace(
-                state, row_log_odds=rows if knows_anything(state) or (own & (votes.built | votes.open)).any() else None
-            )
-        )
+        says = knows_anything(state) or bool((own & (votes.built | votes.open)).any())
+        faces.append(replace(state, row_log_odds=rows if says else None))
     return faces
 
 
