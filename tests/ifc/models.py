@@ -57,6 +57,15 @@ class ModelBuilder:
         self._aggregate(self.site, [self.building])
         self._aggregate(self.project, [self.site])
 
+    def bridge_part(self, name: str, height_m: float) -> Any:
+        """A part of a bridge, at a height over the site, as IFC4X3 has it in the place of a storey."""
+        bridge = self._spatial("IfcBridge", self.site, (0, 0, 0), 0.0)
+        part = self._spatial("IfcBridgePart", bridge, (0, 0, height_m), 0.0, Name=name, UsageType="VERTICAL")
+        self._aggregate(self.site, [bridge])
+        self._aggregate(bridge, [part])
+        self.levels.append(part)
+        return part
+
     def make(self, ifc_class: str, *values: Any, **attributes: Any) -> Any:
         return self.file.create_entity(ifc_class, *values, **attributes)
 

@@ -10,7 +10,7 @@ import ifcopenshell.util.selector
 from asbuilt_bim.bim.covers import Cover, Covered, CoveredRows
 from asbuilt_bim.ifc.read.assignments import assigned_elements
 from asbuilt_bim.ifc.read.source import open_ifc
-from asbuilt_bim.ifc.read.structure import storey_of
+from asbuilt_bim.ifc.read.structure import storey_of, storeys_in
 from asbuilt_bim.ifc.units import read_units
 
 
@@ -21,7 +21,7 @@ class _File:
         self.file = open_ifc(path)
         self.products = [one for one in self.file.by_type("IfcElement") if not one.is_a("IfcFeatureElement")]
         self.by_id = {one.GlobalId: one for one in self.products}
-        storeys = {one.GlobalId: one.Name or one.LongName or "" for one in self.file.by_type("IfcBuildingStorey")}
+        storeys = {one.GlobalId: one.Name or one.LongName or "" for one in storeys_in(self.file)}
         self.storey = {one.id(): _bare(storeys.get(storey_of(one), "")) for one in self.products}
         self.type = {one.id(): _bare(_type_name(one)) for one in self.products}
 

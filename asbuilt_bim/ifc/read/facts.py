@@ -11,13 +11,20 @@ from asbuilt_bim.ifc.read.schedule import read_tasks
 from asbuilt_bim.ifc.read.structure import holder_of, is_concrete, material_names, type_name_of
 from asbuilt_bim.ifc.units import read_units, unit_symbol
 
-_PLACES = {"IfcBuildingStorey": "storey", "IfcSpace": "space", "IfcBuilding": "building", "IfcSite": "site"}
+_PLACES = {
+    "IfcBuildingStorey": "storey",
+    "IfcFacilityPart": "part of a facility",
+    "IfcSpace": "space",
+    "IfcBuilding": "building",
+    "IfcFacility": "facility",
+    "IfcSite": "site",
+}
 _MATERIALS = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Kind:
-    """Walls or columns of one class, type and material, and what holds them: a storey, a space, an element, nothing."""
+    """Walls or columns of one class, type and material, and what holds them: a storey, an element, nothing ..."""
 
     ifc_class: str
     type_name: str
@@ -69,7 +76,8 @@ def read_facts(file: Any) -> FileFacts:
 def _kind(product: Any) -> Kind:
     names = list(dict.fromkeys(material_names(product)))
     holder = holder_of(product)
-    place = "nothing" if holder is None else _PLACES.get(holder.is_a(), "another element")
+    places = (place for ifc_class, place in _PLACES.items() if holder is not None and holder.is_a(ifc_class))
+    place = "nothing" if holder is None else next(places, "another element")
     return Kind(
         ifc_class=product.is_a(),
         type_name=type_name_of(product),

@@ -35,15 +35,21 @@ _OTHERS = re.compile(
 )
 
 
+def storeys_in(file: Any) -> list[Any]:
+    """Return a file's storeys, and the parts of its bridges, roads and other facilities, which stand in their place."""
+    parts = file.by_type("IfcFacilityPart") if file.schema == "IFC4X3" else ()
+    return [*file.by_type("IfcBuildingStorey"), *parts]
+
+
 def read_storeys(file: Any, units: Units) -> tuple[tuple[Storey, ...], tuple[Note, ...]]:
     """Return the storeys from below, and notes on those without a GlobalId of their own.
 
     The elevation is that of the placement, else of the attribute, in world metres.
     """
     storeys = []
-    found, notes = with_ids(file.by_type("IfcBuildingStorey"), SubjectKind.STOREY, each_once=True)
+    found, notes = with_ids(storeys_in(file), SubjectKind.STOREY, each_once=True)
     for storey in found:
-        elevation = units.length(storey.Elevation or 0.0)
+        elevation = units.length(getattr(storey, "Elevation", None) or 0.0)
         if storey.ObjectPlacement is not None:
             placed = ifcopenshell.util.placement.get_local_placement(storey.ObjectPlacement)
             elevation = units.length(float(np.asarray(placed)[2, 3]))
@@ -62,17 +68,22 @@ def storey_of(product: Any) -> str:
     for _ in range(_MAX_DEPTH):
         if current is None:
             return ""
-        if current.is_a("IfcBuildingStorey"):
+        if is_storey(current):
             return str(current.GlobalId) if _counts(current) else ""
         current = holder_of(current)
     return ""
+
+
+def is_storey(item: Any) -> bool:
+    """Say whether an item is a storey, or a part of a facility, which stands in a storey's place."""
+    return bool(item.is_a("IfcBuildingStorey") or item.is_a("IfcFacilityPart"))
 
 
 def _counts(storey: Any) -> bool:
     """Say whether a storey is one of those that `read_storeys` returns: no other before it has its GlobalId."""
     if not has_id(storey):
         return False
-    first = next(one for one in storey.file.by_type("IfcBuildingStorey") if one.GlobalId == storey.GlobalId)
+    first = next(one for one in storeys_in(storey.file) if one.GlobalId == storey.GlobalId)
     return bool(first == storey)
 
 

@@ -82,7 +82,7 @@ def mark_file(
             painter.paint(element, progress)
     files = _several(report)
     for group in report.storeys:
-        if (thing := marker.find(group.key, "IfcBuildingStorey")) is not None:
+        if (thing := marker.find(group.key, "IfcSpatialStructureElement")) is not None:
             mark_storey(marker, thing, group, report, photographed, files)
             history.write(thing)
     for task in report.tasks:

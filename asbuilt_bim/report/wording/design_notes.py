@@ -21,7 +21,7 @@ def _bad_id(note: Note) -> str:
 
 
 def _no_storey(note: Note) -> str:
-    why = "" if note.values["storeys"] else " (the file holds no IfcBuildingStorey)"
+    why = "" if note.values["storeys"] else " (the file holds no IfcBuildingStorey or IfcFacilityPart)"
     text = "{count:# wall or column belongs|# walls or columns belong} to no storey"
     return filled(text + why + ": counted in the whole only", note)
 

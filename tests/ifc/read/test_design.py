@@ -151,6 +151,17 @@ def test_a_file_without_a_storey_is_read_and_says_that_its_elements_count_in_the
     assert the(design.notes, Reason.NO_STOREY).values == {"count": 1, "storeys": 0}
 
 
+def test_the_parts_of_a_bridge_stand_in_the_place_of_storeys(tmp_path: Path) -> None:
+    builder = ModelBuilder(schema="IFC4X3", storeys=0)
+    pier, deck = builder.bridge_part("Pier 1", 2.0), builder.bridge_part("Deck", 9.0)
+    builder.box("IfcColumn", "shaft", (0.0, 0.0, 0.0), (1.2, 1.2, 6.0), level=0)
+    builder.box("IfcWall", "parapet", (0.0, 0.0, 0.0), (8.0, 0.3, 1.1), level=1)
+    design = read_design(builder.write(tmp_path / "bridge.ifc"))
+    assert [(one.name, one.elevation_m) for one in design.storeys] == [("Pier 1", 2.0), ("Deck", 9.0)]
+    assert _named(design, "shaft").storey == pier.GlobalId and _named(design, "parapet").storey == deck.GlobalId
+    assert Reason.NO_STOREY not in codes(design.notes)
+
+
 @pytest.mark.parametrize(
     ("material", "concrete"),
     [

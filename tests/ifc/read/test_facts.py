@@ -114,3 +114,11 @@ def test_a_file_without_a_project_still_shows_what_it_holds(tmp_path: Path) -> N
     path.write_text("\n".join(line for line in path.read_text().splitlines() if "IFCPROJECT(" not in line))
     facts = inspect_file(path).facts
     assert facts.units == ("m", "m2", "m3") and len(facts.kinds) == 1
+
+
+def test_a_column_of_a_bridge_is_told_to_lie_in_a_part_of_a_facility(tmp_path: Path) -> None:
+    builder = ModelBuilder(schema="IFC4X3", storeys=0)
+    builder.bridge_part("Pier 1", 0.0)
+    builder.box("IfcColumn", "shaft", (0.0, 0.0, 0.0), (1.2, 1.2, 6.0))
+    ((kind, number),) = inspect_file(builder.write(tmp_path / "bridge.ifc")).facts.kinds
+    assert (kind.placed_in, number) == ("part of a facility", 1)

@@ -267,6 +267,18 @@ def test_as_built_quantities_stand_in_a_cost_schedule_of_their_own(schema: str, 
     ]
 
 
+def test_a_part_of_a_bridge_carries_its_completion_as_a_storey_does(tmp_path: Path) -> None:
+    builder = ModelBuilder(schema="IFC4X3", storeys=0)
+    builder.bridge_part("Pier 1", 0.0)
+    builder.box("IfcColumn", "full", (0.0, 0.0, 0.0), (0.4, 0.4, 3.0))
+    path = builder.write(tmp_path / "bridge.ifc")
+    write_asbuilt(path, report_on(read_design(path), BEST), tmp_path / "w.ifc")
+    file = ifcopenshell.open(str(tmp_path / "w.ifc"))
+    said = _psets(file, "IfcBridgePart", "Pier 1")
+    assert said["AsBuilt_Progress"]["ElementsComplete"] == 1 and "DesignExposedArea" in said["AsBuilt_Quantities"]
+    assert _complaints(tmp_path / "w.ifc") <= _complaints(path)
+
+
 def test_a_tender_beside_a_budget_is_not_added_to_it_in_the_copy(tmp_path: Path) -> None:
     builder = ModelBuilder()
     column = builder.box("IfcColumn", "full", (0.0, 0.0, 0.0), (0.4, 0.4, 3.0))
