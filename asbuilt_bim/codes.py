@@ -137,6 +137,7 @@ class Reason(StrEnum):
     SURFACES_OF_OTHER_COLOUR = "surfaces of another colour"  # than concrete's: not measured
     FACE_NARROW = "face too narrow"
     FACE_UNCERTAIN = "face too uncertain"
+    FACE_WITHOUT_END = "face whose end nobody saw"  # and no design says where it ends
     # Places of stations.
     MARKER_NOT_SURVEYED = "marker not surveyed"
     MARKER_CONTRADICTS = "marker contradicts the others"

@@ -17,9 +17,10 @@ class MeasuredFace:
     `outline_uv_m`: rings (N, 2) in the frame's (u, v) metres, the first the outer one (counter-clockwise), then holes
     (clockwise); open rings (first point not repeated). `outline_px`: the same rings in rectified left pixels.
     `area_m2` is what Green's theorem gives on `outline_uv_m`; `area_sigma_m2` splits into `area_sigma_calibration_m2`
-    (shared by all faces of the rig) and `area_sigma_image_m2` (its own). `covariance` (3, 3): plane at its centroid,
-    [offset along the normal (m), tilt about u (rad), tilt about v (rad)], image part; `covariance_calibration` is the
-    rig's part of the same.
+    (shared by all faces of the rig) and `area_sigma_image_m2` (its own). `area_sigma_open_m2`, in neither, is what
+    sides leave open that may not be the face's ends: a design, or who drew the mask, says where those are.
+    `covariance` (3, 3): plane at its centroid, [offset along the normal (m), tilt about u (rad), tilt about v (rad)],
+    image part; `covariance_calibration` is the rig's part of the same.
     """
 
     face_id: str  # "A3/2": station / number
@@ -45,6 +46,7 @@ class MeasuredFace:
     source: InstanceSource = InstanceSource.GEOMETRY  # who found the instance
     segmenter: str = ""  # the name of the network or plugin that did
     covariance_calibration: FloatArray = field(default_factory=lambda: frozen(np.zeros((3, 3))))
+    area_sigma_open_m2: float = 0.0
 
     @property
     def area_sigma_m2(self) -> float:
@@ -65,6 +67,11 @@ class MeasuredFace:
         place[0, 0] += (0.5 * share * away_m) ** 2
         area = float(np.hypot(self.area_sigma_calibration_m2, share * self.area_m2))
         return replace(self, area_sigma_calibration_m2=area, covariance_calibration=frozen(place))
+
+    def without_design(self) -> "MeasuredFace":
+        """Return it as it stands where no design says where it ends: what its sides leave open is in its own sigma."""
+        image_m2 = float(np.hypot(self.area_sigma_image_m2, self.area_sigma_open_m2))
+        return replace(self, area_sigma_image_m2=image_m2, area_sigma_open_m2=0.0)
 
     @property
     def whole(self) -> bool:

@@ -16,6 +16,7 @@ from asbuilt_bim.measure.station import (
     StationPhotos,
     measure_in_detail,
 )
+from asbuilt_bim.measure.station_faces import without_design
 from asbuilt_bim.vision.masks.given import photo_from_rectified
 from asbuilt_bim.vision.masks.segment import Instance
 from asbuilt_bim.vision.stereo.rig_health import RigVerdict, StationHealth, judge, refined_rig
@@ -85,6 +86,8 @@ def measure_photos(
         verdict = _verdict(found, rig)
     if isinstance(found, RejectedStation):
         raise MeasureError(f"{photos.name}: the pair can't be measured", found.rejections)
+    if options.method == "default":
+        found = _without_design(found, chosen)
     if verdict is not None:
         notes += _doubts(verdict, photos.name, rig, refined=refined)
     rejections = (*notes, *found.measurement.rejections)
@@ -94,6 +97,11 @@ def measure_photos(
         detail=found, rig=rig, options=chosen, left_name=photos.left.name, right_name=photos.right.name,
         rejections=rejections,
     )  # fmt: skip
+
+
+def _without_design(found: StationDetail, options: MeasureOptions) -> StationDetail:
+    faces, rejections = without_design(found.measurement.faces, found.measurement.rejections, options.faces)
+    return replace(found, measurement=replace(found.measurement, faces=faces, rejections=rejections))
 
 
 def _health(found: StationDetail | RejectedStation) -> StationHealth | None:

@@ -123,7 +123,24 @@ def _add_round(
                 _judge(round_face(bench, fit, name, instance, number, mask, rig), faces, rejections, options)
 
 
-def _judge(face: MeasuredFace, faces: list[MeasuredFace], rejections: list[Rejection], options: FaceOptions) -> None:
+def without_design(
+    faces: Sequence[MeasuredFace], rejections: Sequence[Rejection], options: FaceOptions
+) -> tuple[tuple[MeasuredFace, ...], tuple[Rejection, ...]]:
+    """Judge a station's faces where no design says where they end: those kept, numbered anew, and all rejections."""
+    kept: list[MeasuredFace] = []
+    left_out = list(rejections)
+    for face in faces:
+        _judge(face.without_design(), kept, left_out, options, Reason.FACE_WITHOUT_END)
+    return tuple(kept), tuple(left_out)
+
+
+def _judge(
+    face: MeasuredFace,
+    faces: list[MeasuredFace],
+    rejections: list[Rejection],
+    options: FaceOptions,
+    uncertain: Reason = Reason.FACE_UNCERTAIN,
+) -> None:
     """Keep a face, or say that it was seen and isn't measurable, where and why; crumbs go without a word."""
     if not np.isfinite(face.area_m2) or face.area_m2 < options.least_area_m2:
         return
@@ -134,7 +151,7 @@ def _judge(face: MeasuredFace, faces: list[MeasuredFace], rejections: list[Rejec
     if face.width_px < options.least_width_px:
         code, values = Reason.FACE_NARROW, {"width_px": face.width_px, "limit_px": options.least_width_px}
     elif not share <= options.most_sigma_share:
-        code, values = Reason.FACE_UNCERTAIN, {"limit_share": options.most_sigma_share}
+        code, values = uncertain, {"limit_share": options.most_sigma_share}
         values |= {"sigma_share": share} if np.isfinite(share) else {}
     if code is None:
         faces.append(replace(face, face_id=f"{station}/{len(faces) + 1}"))

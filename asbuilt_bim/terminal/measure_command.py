@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.table import Table
 from rich.text import Text
 
-from asbuilt_bim.codes import Reason, SubjectKind
+from asbuilt_bim.codes import SubjectKind
 from asbuilt_bim.errors import MeasureError, OptionError, Rejection
 from asbuilt_bim.flow.measure_pair import measure_pair
 from asbuilt_bim.flow.output.measurement import check_place, save_measurement
@@ -16,7 +16,7 @@ from asbuilt_bim.measure.depth_source import Method, depth_method
 from asbuilt_bim.measure.pair import PairMeasurement
 from asbuilt_bim.measure.station import MeasureOptions
 from asbuilt_bim.report.faces_csv import HEADINGS, face_rows
-from asbuilt_bim.report.wording.reasons import words_of
+from asbuilt_bim.report.wording.reasons import UNMEASURED, words_of
 from asbuilt_bim.report.wording.values import length, plain
 from asbuilt_bim.terminal.screen import Screen
 from asbuilt_bim.vision.masks.segment import InstanceClass
@@ -90,7 +90,7 @@ def measure_command(request: MeasureRequest, screen: Screen, when: datetime) -> 
 
 def _largest_first(rejections: list[Rejection]) -> tuple[list[Rejection], int]:
     """Return what to name one by one, the largest few of the faces that can't be measured among it; how many more."""
-    unmeasured = [one for one in rejections if one.code in (Reason.FACE_UNCERTAIN, Reason.FACE_NARROW)]
+    unmeasured = [one for one in rejections if one.code in UNMEASURED]
     largest = sorted(unmeasured, key=lambda one: -float(str(one.values.get("area_m2", 0.0))))[:MOST_UNMEASURED]
     rest = [one for one in rejections if one not in unmeasured]
     return [*rest, *largest], len(unmeasured) - len(largest)

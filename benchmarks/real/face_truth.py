@@ -34,7 +34,9 @@ WITHIN = {1: 0.6827, 2: 0.9545}
 REJECT_AT = 0.05
 COVERED_SHARE = 0.5
 """Of a region: a face that covers less of it didn't find it."""
-NOT_MEASURABLE = frozenset({Reason.FACE_UNCERTAIN, Reason.FACE_NARROW, Reason.SURFACE_TOO_FAR})
+NOT_MEASURABLE = frozenset({
+    Reason.FACE_UNCERTAIN, Reason.FACE_WITHOUT_END, Reason.FACE_NARROW, Reason.SURFACE_TOO_FAR
+})  # fmt: skip
 """What says of something seen that it can't be measured."""
 
 

@@ -34,7 +34,7 @@ from asbuilt_bim.vision.stereo.rig_health import judge
 from tests.camera.rig_formats.written import oak_small
 from tests.camera.virtual import rig as virtual_rig
 from tests.measure.box_world import site, true_area
-from tests.measure.test_faces import rig_of
+from tests.measure.test_faces import measured, rig_of
 
 
 @pytest.fixture(scope="module")
@@ -75,6 +75,11 @@ def test_a_pair_is_measured_in_two_lines_of_python_and_nothing_is_printed(found,
     assert wall.area_m2 == pytest.approx(truth, rel=0.03)
     assert found.target is None
     assert found.calibration_known
+
+
+def test_a_pair_without_a_design_has_in_its_sigmas_what_sides_leave_open_that_are_no_ends(found) -> None:
+    assert any(face.area_sigma_open_m2 > 0.0 for face in measured(site()[1]).faces)
+    assert all(face.area_sigma_open_m2 == 0.0 for face in found.faces)
 
 
 def test_a_rig_made_in_python_that_cannot_be_one_is_refused_before_a_photo_is_read() -> None:

@@ -10,8 +10,8 @@ import pytest
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.codes import Reason, SubjectKind
-from asbuilt_bim.errors import Rejection
+from asbuilt_bim.codes import Reason, SubjectKind, about
+from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.level import pixel_rays
 from asbuilt_bim.geometry.plane import PlaneFrame
@@ -21,7 +21,15 @@ from asbuilt_bim.measure import station_faces
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.outline.ends import model
 from asbuilt_bim.measure.planes.refine import pictures, refine_plane
-from asbuilt_bim.measure.station_faces import FaceOptions, StationFaces, _judge, lies, measure_faces, thumbnail
+from asbuilt_bim.measure.station_faces import (
+    FaceOptions,
+    StationFaces,
+    _judge,
+    lies,
+    measure_faces,
+    thumbnail,
+    without_design,
+)
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.vision.masks.segment import InstanceSource
 from asbuilt_bim.vision.scene.geometric import segment_scene
@@ -194,6 +202,22 @@ def test_a_face_whose_sigma_is_over_a_fifth_of_its_area_is_seen_and_not_measurab
     assert all(isinstance(value, int) for box in boxes for value in box)  # type: ignore[union-attr]
     text = str(words_of(seen[0]))
     assert "seen, not measurable" in text and "m²" not in text and "limit 0 %" in text
+
+
+def test_without_a_design_what_sides_leave_open_is_in_an_areas_sigma_and_may_leave_no_number() -> None:
+    sure = replace(measured(site()[1]).faces[0], area_sigma_open_m2=0.0)
+    left_out = [rejected(Reason.PHOTOS_GREY, about(SubjectKind.STATION, "A3"))]
+    wide = replace(sure, area_sigma_open_m2=0.05 * sure.area_m2)
+    far = replace(sure, area_sigma_open_m2=0.3 * sure.area_m2)
+    kept, rejections = without_design([far, sure, wide], left_out, FaceOptions())
+    assert [one.area_sigma_m2 for one in kept] == pytest.approx(
+        [sure.area_sigma_m2, np.hypot(wide.area_sigma_m2, 0.05 * wide.area_m2)]
+    )
+    station = sure.face_id.rsplit("/", 1)[0]
+    assert [one.face_id for one in kept] == [f"{station}/1", f"{station}/2"]
+    assert [one.code for one in rejections] == [Reason.PHOTOS_GREY, Reason.FACE_WITHOUT_END]
+    assert rejections[1].values["sigma_share"] == pytest.approx(0.3, rel=0.05)
+    assert len({one.subject.name for one in rejections}) == 2
 
 
 @pytest.mark.parametrize(("lost", "box"), [(1, (10, 20, 91, 61)), (4, None)])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Literal
 
 import cv2
 import numpy as np
@@ -16,10 +17,11 @@ from asbuilt_bim.camera.triangulate import midpoints
 from asbuilt_bim.geometry.transform import apply, rigid
 from asbuilt_bim.measure.algorithm_1 import boundary_pixels, world_from_boundary
 from asbuilt_bim.measure.depth_reference import pack, unpack, unpack_occluder_free
-from asbuilt_bim.measure.finish import _side_sigma_px, outline_on_plane, plane_covariance
+from asbuilt_bim.measure.finish import Settled, _open_sigma, outline_on_plane, plane_covariance
 from asbuilt_bim.measure.outline.contour import contours
 from asbuilt_bim.measure.outline.edges import Line, find_edge, gradients
-from asbuilt_bim.measure.outline.fit import FaceEdge
+from asbuilt_bim.measure.outline.ends import Ends
+from asbuilt_bim.measure.outline.fit import FaceEdge, Outline
 from asbuilt_bim.measure.outline.steps import straight_region
 from asbuilt_bim.measure.planes.adjust import PlaneSight, Touch, adjust_planes
 from asbuilt_bim.measure.planes.face_hypotheses import contradiction
@@ -366,16 +368,21 @@ def test_a_damaged_depth_reference_is_named() -> None:
         unpack(type(reference)(png=b"junk", sigma_png=reference.sigma_png, scale=3))
 
 
-def test_a_side_that_a_mask_alone_draws_is_rough_and_if_no_end_anywhere_up_to_what_isnt_the_face() -> None:
+@pytest.mark.parametrize(("source", "is_end"), [("mask", 0.0), ("mask", 0.5), ("mask", 1.0), ("photo", 0.0)])
+def test_a_side_that_a_mask_alone_draws_and_is_no_end_leaves_open_all_up_to_what_isnt_the_face(
+    source: Literal["mask", "photo"], is_end: float
+) -> None:
     line = Line(start=np.array([100.0, 200.0]), stop=np.array([100.0, 100.0]))
-    expected_px = (np.hypot(3.0, 24.0 / np.sqrt(12.0)), np.hypot(3.0, 24.0 / np.sqrt(24.0)), 3.0)
-    rows = [
-        ("mask", 3.0, expected_px), ("frame", 3.0, (3.0, 3.0, 3.0)),
-        ("photo", 0.1, (0.1, 0.1, 0.1)),
-    ]  # fmt: skip
-    for source, sigma_px, expected in rows:
-        edge = FaceEdge(line=line, sigma_px=sigma_px, source=source, course="upright", neighbour=-1, fit=None)  # type: ignore[arg-type]
-        assert [_side_sigma_px(edge, is_end, 24.0) for is_end in (0.0, 0.5, 1.0)] == pytest.approx(list(expected))
+    edge = FaceEdge(line=line, sigma_px=0.1, source=source, course="upright", neighbour=-1, fit=None)
+    ends = Ends(
+        probability=is_end, by_edge={0: is_end}, open_px={0: 60.0}, cut_by_frame=False, occluded=False, open_edge=True
+    )  # fmt: skip
+    settled = Settled(
+        hypothesis=None, q_px=facing(5.0), covariance=np.eye(3), outline=Outline(rings=(), edges=(edge,))  # type: ignore[arg-type]
+    )  # fmt: skip
+    strip_m2 = 60.0 * 100.0 * (5.0 / CAMERA.f_px) ** 2
+    expected = np.sqrt((1.0 - is_end) / 12.0) * strip_m2 if source == "mask" else 0.0
+    assert _open_sigma(settled, ends, CAMERA) == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize(("tilt_px", "doubt", "is_open"), [(0.0, 1.0, False), (30.0, 1.0, True), (30.0, 0.0, False)])

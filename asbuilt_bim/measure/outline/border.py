@@ -31,6 +31,8 @@ grain, brightness and between the photos, by how much its edge misses the plane,
 OUTWARD_PX = np.arange(3.0, 40.0, 3.0)
 FATTENED_PX = 13.0
 """The matcher's window carries a face on past its end for up to so far: what is on its plane there says nothing."""
+FAR_PX = np.arange(OUTWARD_PX[-1], FATTENED_PX * OUTWARD_PX[-1], FATTENED_PX)
+"""Where nothing near a side is seen to be another body, it is looked for as far as a quarter of a photo off."""
 OFF_SIGMAS = 2.0
 RISE_PER_PX = 0.35
 """How fast a surface that only touches the face may come nearer off its edge: a floor, a wall at a right angle."""
@@ -119,9 +121,10 @@ def shown_by(bench: Workbench, side: BorderSide, own: Surface) -> Shown:
     weight = side.steps_px / side.steps_px.sum()
     profile = _profile(bench, side, own)
     kind, open_px = _beyond(profile)
+    open_px = np.where(open_px < OUTWARD_PX[-1], open_px, _open_far(_profile(bench, side, own, FAR_PX)))
     behind, before, meets, goes_on = (float(weight @ (kind == k)) for k in (BEHIND, BEFORE, MEETS, GOES_ON))
     framed = at_places(bench.frame, side.points)
-    past = float(weight @ (framed | ~profile.paired))
+    past = float(weight @ (framed | ~_paired(bench, profile)))
     edge = (1.0 - float(weight @ framed)) * (1.0 - before) * side.strength  # what stands before has edges of its own
     features = np.array([behind, before, meets, goes_on, past, edge, _stands(bench, side, own, profile, weight)])
     return Shown(features=features, open_px=float(weight @ open_px))
@@ -137,11 +140,16 @@ class _Profile:
     limit_px: FloatArray  # (N, K) a step of less may be noise
     measured: BoolArray  # (N, K)
     same: BoolArray  # (N, K) it is the face's own piece of the scene
-    paired: BoolArray  # (N,) the right photo shows what lies just past the side
+    inside: BoolArray  # (N, K) the photo's frame holds it
+
+    @property
+    def off(self) -> BoolArray:
+        """Say where what is seen isn't the face (N, K)."""
+        return self.measured & (np.abs(self.step_px) > self.limit_px)
 
 
-def _profile(bench: Workbench, side: BorderSide, surface: Surface) -> _Profile:
-    at = side.points[:, None] + OUTWARD_PX[None, :, None] * side.normals[:, None]
+def _profile(bench: Workbench, side: BorderSide, surface: Surface, distances_px: FloatArray = OUTWARD_PX) -> _Profile:
+    at = side.points[:, None] + distances_px[None, :, None] * side.normals[:, None]
     own, level = surface.disparity_px(at), bench.scene.level
     height, width = level.measured.shape
     x, y = np.round(at[..., 0]).astype(np.intp), np.round(at[..., 1]).astype(np.intp)
@@ -150,18 +158,24 @@ def _profile(bench: Workbench, side: BorderSide, surface: Surface) -> _Profile:
     sky = bench.sky[y, x]
     disparity = np.where(sky, 0.0, np.nan_to_num(level.disparity_px[y, x]))
     sigma = np.nan_to_num(level.sigma_px[y, x], nan=UNKNOWN_SIGMA_PX, posinf=UNKNOWN_SIGMA_PX)
-    there, row = (at[:, 1:2, 0] - own[:, 1:2]).astype(np.float32), at[:, 1:2, 1].astype(np.float32)
-    in_right = (there > 0.0) & (sample(bench.slopes.valid_right, there, row) > 0.9)
     return _Profile(
         at=at, own_px=own, step_px=disparity - own, measured=inside & (level.measured[y, x] | sky),
         limit_px=np.where(sky, OFF_PX, np.maximum(OFF_PX, OFF_SIGMAS * sigma)),
-        same=inside & (bench.scene.labels[y, x] == surface.piece), paired=in_right[:, 0],
+        same=inside & (bench.scene.labels[y, x] == surface.piece), inside=inside,
     )  # fmt: skip
+
+
+def _paired(bench: Workbench, profile: _Profile) -> BoolArray:
+    """Say of each place (N,) whether the right photo shows what lies just past it."""
+    first, own = profile.at[:, :1], profile.own_px[:, :1]
+    there, row = (first[..., 0] - own).astype(np.float32), first[..., 1].astype(np.float32)
+    in_right: BoolArray = (there > 0.0) & (sample(bench.slopes.valid_right, there, row) > 0.9)
+    return in_right[:, 0]
 
 
 def _beyond(profile: _Profile) -> tuple[FloatArray, FloatArray]:
     """Return what lies past each place (N,), 0 where nothing is measured, and how far off it begins (px)."""
-    off = profile.measured & (np.abs(profile.step_px) > profile.limit_px)
+    off = profile.off
     ends = off.any(axis=1)
     first = np.where(ends, off.argmax(axis=1), len(OUTWARD_PX))
     rows, at = np.arange(len(off)), np.minimum(first, len(OUTWARD_PX) - 1)
@@ -172,6 +186,12 @@ def _beyond(profile: _Profile) -> tuple[FloatArray, FloatArray]:
     kind = np.where(step < 0.0, BEHIND, np.where(step > rise, BEFORE, MEETS)) * ends
     kind[own.any(axis=1)] = GOES_ON
     return kind, np.where(ends, OUTWARD_PX[at], OUTWARD_PX[-1])
+
+
+def _open_far(far: _Profile) -> FloatArray:
+    """Return how far off each place (N,) the first thing is seen that isn't the face, or the frame ends."""
+    ends = far.off | ~far.inside
+    return np.asarray(np.where(ends.any(axis=1), FAR_PX[ends.argmax(axis=1)], FAR_PX[-1]))
 
 
 def stood_on(floors: Sequence[Floor]) -> list[Floor]:

@@ -46,7 +46,7 @@ class Ends:
     def of_edge(self, number: int) -> tuple[float, float]:
         """Return how likely an edge is the face's end, and how far past it nothing is seen that isn't the face, px.
 
-        An edge that no place lies on is as likely as all together, and may go on as far as is looked.
+        An edge that no place lies on is as likely as all together, and may go on as far as is looked near it.
         """
         return self.by_edge.get(number, self.probability), self.open_px.get(number, OUTWARD_PX[-1])
 

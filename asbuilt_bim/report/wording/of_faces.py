@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 from asbuilt_bim.codes import Reason
 from asbuilt_bim.measure.depth_source import NAME_A_NETWORK
@@ -12,6 +13,7 @@ from asbuilt_bim.vision.masks.segment import InstanceSource
 _FACE = " ({label} at {distance_m:.1f} m)"
 _SEEN = "seen, not measurable"
 _NEARER = "photograph it from nearer, or more from the front"
+_OUTLINE = "photograph it with what ends it in view, or draw it: --masks"
 MOST_NAMED = 3
 """Of faces that were left out for one reason, so many are named where they are told together: the nearest."""
 
@@ -56,14 +58,14 @@ def _without_face(values: Values) -> Words:
     )
 
 
-def _uncertain(values: Values) -> Words:
+def _uncertain(values: Values, why: str = "too uncertain", remedy: str = _NEARER) -> Words:
     known = "sigma_share" in values
     return Words(
         part=fill("face {name}" + _FACE, values),
-        reason=f"{_SEEN}: too uncertain",
+        reason=f"{_SEEN}: {why}",
         value=f"sigma {_share(values)} of its area" if known else "sigma unknown",
         limit=fill("{limit_share:.0%}", values),
-        remedy=_NEARER,
+        remedy=remedy,
     )
 
 
@@ -141,4 +143,5 @@ FACES: Table = {
         remedy=_NEARER,
     ),
     Reason.FACE_UNCERTAIN: _uncertain,
+    Reason.FACE_WITHOUT_END: partial(_uncertain, why="where it ends can't be seen", remedy=_OUTLINE),
 }

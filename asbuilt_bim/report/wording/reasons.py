@@ -17,7 +17,7 @@ from asbuilt_bim.report.wording.words import Table, Words, filled
 
 REJECTIONS: Table = {**UNSTATED, **PHOTOS, **TARGET, **RIG, **FACES, **PLACES, **DESIGN, **CALIBRATION}
 """What each code of a rejection says."""
-UNMEASURED = frozenset({Reason.FACE_UNCERTAIN, Reason.FACE_NARROW})
+UNMEASURED = frozenset({Reason.FACE_UNCERTAIN, Reason.FACE_WITHOUT_END, Reason.FACE_NARROW})
 """Of faces that were seen and could not be measured: dozens at a station that looks far."""
 
 

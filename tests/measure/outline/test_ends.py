@@ -56,7 +56,7 @@ def test_a_side_knows_how_likely_it_is_an_end_and_how_far_the_face_may_go_on() -
     found = judged(on, strength=0.0)
     lost, seen = found.of_edge(1), found.of_edge(3)
     assert lost[0] < 0.5 < seen[0]
-    assert lost[1] == pytest.approx(39.0) and seen[1] == pytest.approx(3.0)
+    assert lost[1] >= SIZE - HIGH and seen[1] == pytest.approx(3.0)
     assert found.of_edge(99) == (found.probability, 39.0)
 
 
