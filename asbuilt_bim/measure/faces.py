@@ -18,7 +18,7 @@ class MeasuredFace:
     (clockwise); open rings (first point not repeated). `outline_px`: the same rings in rectified left pixels.
     `area_m2` is what Green's theorem gives on `outline_uv_m`; `area_sigma_m2` splits into `area_sigma_calibration_m2`
     (shared by all faces of the rig) and `area_sigma_image_m2` (its own). `area_sigma_open_m2`, in neither, is what
-    sides leave open that may not be the face's ends: a design, or who drew the mask, says where those are.
+    sides leave open farther off that may not be the face's ends: a design, or who drew a mask, says where those are.
     `covariance` (3, 3): plane at its centroid, [offset along the normal (m), tilt about u (rad), tilt about v (rad)],
     image part; `covariance_calibration` is the rig's part of the same.
     """

@@ -15,9 +15,9 @@ from asbuilt_bim.geometry.polygon import polygon, ring_area, rings_area
 from asbuilt_bim.geometry.transform import rigid
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.outline.border import border_sides, flat_surface
-from asbuilt_bim.measure.outline.edges import Line, pixel_plane
-from asbuilt_bim.measure.outline.ends import Ends, judge_ends
-from asbuilt_bim.measure.outline.fit import Outline
+from asbuilt_bim.measure.outline.edges import pixel_plane
+from asbuilt_bim.measure.outline.ends import End, Ends, judge_ends
+from asbuilt_bim.measure.outline.fit import FaceEdge, Outline
 from asbuilt_bim.measure.planes.face_hypotheses import FaceHypothesis
 from asbuilt_bim.measure.sigma.area import RigPart, area_per_pixel_m2, image_sigma_m2
 from asbuilt_bim.measure.workbench import Workbench
@@ -61,7 +61,7 @@ def finish_face(
         outline_px=rings_px,
         area_m2=float(area),
         area_sigma_calibration_m2=by_rig.area_sigma_m2,
-        area_sigma_image_m2=_image_sigma(settled, camera),
+        area_sigma_image_m2=_image_sigma(settled, ends, camera),
         area_sigma_open_m2=_open_sigma(settled, ends, camera) if instance.source is not InstanceSource.GIVEN else 0.0,
         covariance=frozen(plane_covariance(settled.q_px, settled.covariance, frame, centroid, camera)),
         covariance_calibration=frozen(plane_covariance(settled.q_px, by_rig.q_covariance, frame, centroid, camera)),
@@ -107,31 +107,35 @@ def plane_covariance(
     return carried
 
 
-def _image_sigma(settled: Settled, camera: RectifiedCamera) -> float:
+def _image_sigma(settled: Settled, ends: Ends, camera: RectifiedCamera) -> float:
     outline = settled.outline
-    edges = [(_middle(e.line), e.line.length_px, e.sigma_px) for e in outline.edges]
+    edges = [
+        (0.5 * (e.line.start + e.line.stop), e.line.length_px, _side_sigma_px(e, ends.of_edge(k)))
+        for k, e in enumerate(outline.edges)
+    ]
     around = sum(float(np.linalg.norm(np.diff(r, axis=0, append=r[:1]), axis=1).sum()) for r in outline.rings)
     free = max(0.0, around - sum(length for _, length, _ in edges))
     return image_sigma_m2(outline.rings, edges, free, settled.q_px, settled.covariance, camera)
 
 
-def _open_sigma(settled: Settled, ends: Ends, camera: RectifiedCamera) -> float:
-    """Return what the sides leave open in m2 that no photo shows and nobody drew.
+def _side_sigma_px(edge: FaceEdge, end: End) -> float:
+    """Return how far a side may lie off: one that only a mask draws is as rough as that.
 
-    Where such a side isn't the face's end, it lies anywhere up to what is seen not to be the face.
+    Where it isn't the face's end, that lies anywhere up to what is seen not to be the face, as far as is looked nearby.
     """
+    if edge.source != "mask":
+        return edge.sigma_px
+    return float(np.sqrt(edge.sigma_px**2 + (1.0 - end.probability) * end.open_px**2 / 12.0))
+
+
+def _open_sigma(settled: Settled, ends: Ends, camera: RectifiedCamera) -> float:
+    """Return what the sides leave open farther off, in m2, where neither a photo nor anything near shows an end."""
     variance_m4 = 0.0
-    for number, edge in enumerate(settled.outline.edges):
-        if edge.source != "mask":
-            continue
-        is_end, open_px = ends.of_edge(number)
-        strip_m2 = open_px * edge.line.length_px * area_per_pixel_m2(_middle(edge.line), settled.q_px, camera)
-        variance_m4 += (1.0 - is_end) * strip_m2**2 / 12.0
+    for edge, end in ((edge, ends.of_edge(k)) for k, edge in enumerate(settled.outline.edges) if edge.source == "mask"):
+        middle = 0.5 * (edge.line.start + edge.line.stop)
+        pixels_m2 = edge.line.length_px * area_per_pixel_m2(middle, settled.q_px, camera)
+        variance_m4 += (1.0 - end.probability) * (end.far_px**2 - end.open_px**2) * pixels_m2**2 / 12.0
     return float(np.sqrt(variance_m4))
-
-
-def _middle(line: Line) -> FloatArray:
-    return 0.5 * (line.start + line.stop)
 
 
 def _flatness(bench: Workbench, settled: Settled) -> float:

@@ -16,7 +16,7 @@ from asbuilt_bim.measure.station import (
     StationPhotos,
     measure_in_detail,
 )
-from asbuilt_bim.measure.station_faces import without_design
+from asbuilt_bim.measure.station_faces import judge_face
 from asbuilt_bim.vision.masks.given import photo_from_rectified
 from asbuilt_bim.vision.masks.segment import Instance
 from asbuilt_bim.vision.stereo.rig_health import RigVerdict, StationHealth, judge, refined_rig
@@ -100,8 +100,10 @@ def measure_photos(
 
 
 def _without_design(found: StationDetail, options: MeasureOptions) -> StationDetail:
-    faces, rejections = without_design(found.measurement.faces, found.measurement.rejections, options.faces)
-    return replace(found, measurement=replace(found.measurement, faces=faces, rejections=rejections))
+    kept, left_out = list[MeasuredFace](), list(found.measurement.rejections)
+    for face in found.measurement.faces:
+        judge_face(face.without_design(), kept, left_out, options.faces, Reason.FACE_WITHOUT_END)
+    return replace(found, measurement=replace(found.measurement, faces=tuple(kept), rejections=tuple(left_out)))
 
 
 def _health(found: StationDetail | RejectedStation) -> StationHealth | None:

@@ -67,7 +67,7 @@ def measure_faces(
     for one, part in zip(settled, by_rig, strict=True):
         face = finish_face(bench, one, f"{pair.name}/{len(faces) + 1}", instances[one.hypothesis.instance], part)
         if face is not None:
-            _judge(face, faces, rejections, options)
+            judge_face(face, faces, rejections, options)
     _add_round(bench, instances, rig, faces, rejections, options)
     up = frozen(-down @ pair.camera.rectified_from_left) if scene.vertical is not None else None
     return StationFaces(faces=tuple(faces), rejections=tuple(rejections), up=up)
@@ -120,21 +120,10 @@ def _add_round(
             fit = fit_round_column(bench, piece, mask)
             if fit is not None:
                 name = f"{bench.pair.name}/{len(faces) + 1}"
-                _judge(round_face(bench, fit, name, instance, number, mask, rig), faces, rejections, options)
+                judge_face(round_face(bench, fit, name, instance, number, mask, rig), faces, rejections, options)
 
 
-def without_design(
-    faces: Sequence[MeasuredFace], rejections: Sequence[Rejection], options: FaceOptions
-) -> tuple[tuple[MeasuredFace, ...], tuple[Rejection, ...]]:
-    """Judge a station's faces where no design says where they end: those kept, numbered anew, and all rejections."""
-    kept: list[MeasuredFace] = []
-    left_out = list(rejections)
-    for face in faces:
-        _judge(face.without_design(), kept, left_out, options, Reason.FACE_WITHOUT_END)
-    return tuple(kept), tuple(left_out)
-
-
-def _judge(
+def judge_face(
     face: MeasuredFace,
     faces: list[MeasuredFace],
     rejections: list[Rejection],

@@ -22,6 +22,7 @@ from asbuilt_bim.codes import Reason, SubjectKind, about
 from asbuilt_bim.errors import MaskError, MeasureError, OptionError, RigError, rejected
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.geometry.transform import rotation_from_vector
+from asbuilt_bim.measure import pair as pair_module
 from asbuilt_bim.measure.pair import PairMeasurement, dominating
 from asbuilt_bim.report.drawings.figures import face_line, figures
 from asbuilt_bim.report.faces_csv import faces_csv
@@ -34,7 +35,7 @@ from asbuilt_bim.vision.stereo.rig_health import judge
 from tests.camera.rig_formats.written import oak_small
 from tests.camera.virtual import rig as virtual_rig
 from tests.measure.box_world import site, true_area
-from tests.measure.test_faces import measured, rig_of
+from tests.measure.test_faces import rig_of
 
 
 @pytest.fixture(scope="module")
@@ -77,9 +78,23 @@ def test_a_pair_is_measured_in_two_lines_of_python_and_nothing_is_printed(found,
     assert found.calibration_known
 
 
-def test_a_pair_without_a_design_has_in_its_sigmas_what_sides_leave_open_that_are_no_ends(found) -> None:
-    assert any(face.area_sigma_open_m2 > 0.0 for face in measured(site()[1]).faces)
-    assert all(face.area_sigma_open_m2 == 0.0 for face in found.faces)
+def test_a_pair_without_a_design_has_in_its_sigmas_what_sides_leave_open_and_names_faces_without_an_end(
+    folder: Path, found, monkeypatch
+) -> None:
+    sure = found.faces[0]
+    faces = tuple(replace(sure, area_sigma_open_m2=share * sure.area_m2) for share in (0.3, 0.0, 0.05))
+    detail = replace(found.detail, measurement=replace(found.detail.measurement, faces=faces))
+    monkeypatch.setattr(pair_module, "measure_in_detail", lambda *_, **__: detail)
+    left_out = asbuilt_bim.measure_pair(folder / "left.png", folder / "right.png", folder / "rig.yaml", target=False)
+    widened = np.hypot(sure.area_sigma_m2, 0.05 * sure.area_m2)
+    assert [face.area_sigma_m2 for face in left_out.faces] == pytest.approx([sure.area_sigma_m2, widened])
+    station = sure.face_id.rsplit("/", 1)[0]
+    assert [face.face_id for face in left_out.faces] == [f"{station}/1", f"{station}/2"]
+    (named,) = [one for one in left_out.rejections if one.code is Reason.FACE_WITHOUT_END]
+    assert named.values["sigma_share"] == pytest.approx(0.3, rel=0.05)
+    assert "where it ends can't be seen" in str(words_of(named)) and "--masks" in str(words_of(named))
+    names = [one.subject.name for one in left_out.rejections if one.subject.kind is SubjectKind.FACE]
+    assert len(set(names)) == len(names)
 
 
 def test_a_rig_made_in_python_that_cannot_be_one_is_refused_before_a_photo_is_read() -> None:

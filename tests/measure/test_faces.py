@@ -10,8 +10,8 @@ import pytest
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
-from asbuilt_bim.codes import Reason, SubjectKind, about
-from asbuilt_bim.errors import Rejection, rejected
+from asbuilt_bim.codes import Reason, SubjectKind
+from asbuilt_bim.errors import Rejection
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.level import pixel_rays
 from asbuilt_bim.geometry.plane import PlaneFrame
@@ -24,11 +24,10 @@ from asbuilt_bim.measure.planes.refine import pictures, refine_plane
 from asbuilt_bim.measure.station_faces import (
     FaceOptions,
     StationFaces,
-    _judge,
+    judge_face,
     lies,
     measure_faces,
     thumbnail,
-    without_design,
 )
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.vision.masks.segment import InstanceSource
@@ -204,22 +203,6 @@ def test_a_face_whose_sigma_is_over_a_fifth_of_its_area_is_seen_and_not_measurab
     assert "seen, not measurable" in text and "m²" not in text and "limit 0 %" in text
 
 
-def test_without_a_design_what_sides_leave_open_is_in_an_areas_sigma_and_may_leave_no_number() -> None:
-    sure = replace(measured(site()[1]).faces[0], area_sigma_open_m2=0.0)
-    left_out = [rejected(Reason.PHOTOS_GREY, about(SubjectKind.STATION, "A3"))]
-    wide = replace(sure, area_sigma_open_m2=0.05 * sure.area_m2)
-    far = replace(sure, area_sigma_open_m2=0.3 * sure.area_m2)
-    kept, rejections = without_design([far, sure, wide], left_out, FaceOptions())
-    assert [one.area_sigma_m2 for one in kept] == pytest.approx(
-        [sure.area_sigma_m2, np.hypot(wide.area_sigma_m2, 0.05 * wide.area_m2)]
-    )
-    station = sure.face_id.rsplit("/", 1)[0]
-    assert [one.face_id for one in kept] == [f"{station}/1", f"{station}/2"]
-    assert [one.code for one in rejections] == [Reason.PHOTOS_GREY, Reason.FACE_WITHOUT_END]
-    assert rejections[1].values["sigma_share"] == pytest.approx(0.3, rel=0.05)
-    assert len({one.subject.name for one in rejections}) == 2
-
-
 @pytest.mark.parametrize(("lost", "box"), [(1, (10, 20, 91, 61)), (4, None)])
 def test_a_face_with_corners_that_no_pixel_shows_is_named_by_the_box_of_the_others(
     lost: int, box: tuple[int, ...] | None
@@ -228,7 +211,7 @@ def test_a_face_with_corners_that_no_pixel_shows_is_named_by_the_box_of_the_othe
     ring = np.array([[5.0, 5.0], [10.4, 20.0], [90.2, 60.5], [50.0, 30.0]])
     ring[:lost] = np.nan
     rejections: list[Rejection] = []
-    _judge(replace(face, outline_px=(ring,)), [], rejections, FaceOptions(most_sigma_share=1e-6))
+    judge_face(replace(face, outline_px=(ring,)), [], rejections, FaceOptions(most_sigma_share=1e-6))
     assert rejections[0].values.get("box_px") == box
 
 

@@ -17,10 +17,10 @@ from asbuilt_bim.camera.triangulate import midpoints
 from asbuilt_bim.geometry.transform import apply, rigid
 from asbuilt_bim.measure.algorithm_1 import boundary_pixels, world_from_boundary
 from asbuilt_bim.measure.depth_reference import pack, unpack, unpack_occluder_free
-from asbuilt_bim.measure.finish import Settled, _open_sigma, outline_on_plane, plane_covariance
+from asbuilt_bim.measure.finish import Settled, _open_sigma, _side_sigma_px, outline_on_plane, plane_covariance
 from asbuilt_bim.measure.outline.contour import contours
 from asbuilt_bim.measure.outline.edges import Line, find_edge, gradients
-from asbuilt_bim.measure.outline.ends import Ends
+from asbuilt_bim.measure.outline.ends import End, Ends
 from asbuilt_bim.measure.outline.fit import FaceEdge, Outline
 from asbuilt_bim.measure.outline.steps import straight_region
 from asbuilt_bim.measure.planes.adjust import PlaneSight, Touch, adjust_planes
@@ -368,21 +368,39 @@ def test_a_damaged_depth_reference_is_named() -> None:
         unpack(type(reference)(png=b"junk", sigma_png=reference.sigma_png, scale=3))
 
 
-@pytest.mark.parametrize(("source", "is_end"), [("mask", 0.0), ("mask", 0.5), ("mask", 1.0), ("photo", 0.0)])
-def test_a_side_that_a_mask_alone_draws_and_is_no_end_leaves_open_all_up_to_what_isnt_the_face(
-    source: Literal["mask", "photo"], is_end: float
+LINE = Line(start=np.array([100.0, 200.0]), stop=np.array([100.0, 100.0]))
+SOURCES: tuple[tuple[Literal["mask", "frame", "photo"], float], ...] = (("mask", 3.0), ("frame", 3.0), ("photo", 0.1))
+
+
+def _side(source: Literal["mask", "frame", "photo"], sigma_px: float) -> FaceEdge:
+    return FaceEdge(line=LINE, sigma_px=sigma_px, source=source, course="upright", neighbour=-1, fit=None)
+
+
+@pytest.mark.parametrize(("source", "sigma_px"), SOURCES)
+@pytest.mark.parametrize("is_end", [0.0, 0.5, 1.0])
+def test_a_side_that_a_mask_alone_draws_is_rough_and_if_no_end_anywhere_up_to_what_isnt_the_face(
+    source: Literal["mask", "frame", "photo"], sigma_px: float, is_end: float
 ) -> None:
-    line = Line(start=np.array([100.0, 200.0]), stop=np.array([100.0, 100.0]))
-    edge = FaceEdge(line=line, sigma_px=0.1, source=source, course="upright", neighbour=-1, fit=None)
-    ends = Ends(
-        probability=is_end, by_edge={0: is_end}, open_px={0: 60.0}, cut_by_frame=False, occluded=False, open_edge=True
-    )  # fmt: skip
+    end = End(probability=is_end, open_px=24.0, far_px=60.0)
+    left_open = 24.0 * np.sqrt((1.0 - is_end) / 12.0) if source == "mask" else 0.0
+    assert _side_sigma_px(_side(source, sigma_px), end) == pytest.approx(np.hypot(sigma_px, left_open))
+
+
+@pytest.mark.parametrize(("source", "sigma_px"), SOURCES)
+@pytest.mark.parametrize("is_end", [0.0, 0.5, 1.0])
+def test_what_such_a_side_leaves_open_farther_off_makes_up_the_whole_strip_with_what_it_does_nearby(
+    source: Literal["mask", "frame", "photo"], sigma_px: float, is_end: float
+) -> None:
+    end = End(probability=is_end, open_px=24.0, far_px=60.0)
+    ends = Ends(probability=is_end, by_edge={0: end}, cut_by_frame=False, occluded=False, open_edge=True)
     settled = Settled(
-        hypothesis=None, q_px=facing(5.0), covariance=np.eye(3), outline=Outline(rings=(), edges=(edge,))  # type: ignore[arg-type]
+        hypothesis=None, q_px=facing(5.0), covariance=np.eye(3),  # type: ignore[arg-type]
+        outline=Outline(rings=(), edges=(_side(source, sigma_px),)),
     )  # fmt: skip
-    strip_m2 = 60.0 * 100.0 * (5.0 / CAMERA.f_px) ** 2
-    expected = np.sqrt((1.0 - is_end) / 12.0) * strip_m2 if source == "mask" else 0.0
-    assert _open_sigma(settled, ends, CAMERA) == pytest.approx(expected, rel=1e-6)
+    pixels_m2 = LINE.length_px * (5.0 / CAMERA.f_px) ** 2
+    nearby_m2 = np.sqrt(_side_sigma_px(_side(source, sigma_px), end) ** 2 - sigma_px**2) * pixels_m2
+    expected_m2 = 60.0 * pixels_m2 * np.sqrt((1.0 - is_end) / 12.0) if source == "mask" else 0.0
+    assert np.hypot(nearby_m2, _open_sigma(settled, ends, CAMERA)) == pytest.approx(expected_m2, abs=1e-9)
 
 
 @pytest.mark.parametrize(("tilt_px", "doubt", "is_open"), [(0.0, 1.0, False), (30.0, 1.0, True), (30.0, 0.0, False)])

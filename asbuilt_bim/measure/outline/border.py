@@ -72,7 +72,8 @@ class Shown:
     """What a side shows: the features (K,), and how far past it, on average, nothing is seen that isn't the face."""
 
     features: FloatArray
-    open_px: float
+    open_px: float  # as far as is looked nearby
+    far_px: float  # as far as is looked at all
 
 
 def border_sides(outline: Outline) -> list[BorderSide]:
@@ -121,13 +122,13 @@ def shown_by(bench: Workbench, side: BorderSide, own: Surface) -> Shown:
     weight = side.steps_px / side.steps_px.sum()
     profile = _profile(bench, side, own)
     kind, open_px = _beyond(profile)
-    open_px = np.where(open_px < OUTWARD_PX[-1], open_px, _open_far(_profile(bench, side, own, FAR_PX)))
+    far_px = np.where(open_px < OUTWARD_PX[-1], open_px, _open_far(_profile(bench, side, own, FAR_PX)))
     behind, before, meets, goes_on = (float(weight @ (kind == k)) for k in (BEHIND, BEFORE, MEETS, GOES_ON))
     framed = at_places(bench.frame, side.points)
-    past = float(weight @ (framed | ~_paired(bench, profile)))
+    past = float(weight @ (framed | ~profile.paired))
     edge = (1.0 - float(weight @ framed)) * (1.0 - before) * side.strength  # what stands before has edges of its own
     features = np.array([behind, before, meets, goes_on, past, edge, _stands(bench, side, own, profile, weight)])
-    return Shown(features=features, open_px=float(weight @ open_px))
+    return Shown(features=features, open_px=float(weight @ open_px), far_px=float(weight @ far_px))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -141,11 +142,8 @@ class _Profile:
     measured: BoolArray  # (N, K)
     same: BoolArray  # (N, K) it is the face's own piece of the scene
     inside: BoolArray  # (N, K) the photo's frame holds it
-
-    @property
-    def off(self) -> BoolArray:
-        """Say where what is seen isn't the face (N, K)."""
-        return self.measured & (np.abs(self.step_px) > self.limit_px)
+    off: BoolArray  # (N, K) what is measured isn't the face
+    paired: BoolArray  # (N,) the right photo shows what lies just past the side
 
 
 def _profile(bench: Workbench, side: BorderSide, surface: Surface, distances_px: FloatArray = OUTWARD_PX) -> _Profile:
@@ -158,19 +156,14 @@ def _profile(bench: Workbench, side: BorderSide, surface: Surface, distances_px:
     sky = bench.sky[y, x]
     disparity = np.where(sky, 0.0, np.nan_to_num(level.disparity_px[y, x]))
     sigma = np.nan_to_num(level.sigma_px[y, x], nan=UNKNOWN_SIGMA_PX, posinf=UNKNOWN_SIGMA_PX)
+    there, row = (at[:, 1:2, 0] - own[:, 1:2]).astype(np.float32), at[:, 1:2, 1].astype(np.float32)
+    in_right = (there > 0.0) & (sample(bench.slopes.valid_right, there, row) > 0.9)
+    measured, step = inside & (level.measured[y, x] | sky), disparity - own
+    limit = np.where(sky, OFF_PX, np.maximum(OFF_PX, OFF_SIGMAS * sigma))
     return _Profile(
-        at=at, own_px=own, step_px=disparity - own, measured=inside & (level.measured[y, x] | sky),
-        limit_px=np.where(sky, OFF_PX, np.maximum(OFF_PX, OFF_SIGMAS * sigma)),
-        same=inside & (bench.scene.labels[y, x] == surface.piece), inside=inside,
+        at=at, own_px=own, step_px=step, limit_px=limit, measured=measured, off=measured & (np.abs(step) > limit),
+        same=inside & (bench.scene.labels[y, x] == surface.piece), inside=inside, paired=in_right[:, 0],
     )  # fmt: skip
-
-
-def _paired(bench: Workbench, profile: _Profile) -> BoolArray:
-    """Say of each place (N,) whether the right photo shows what lies just past it."""
-    first, own = profile.at[:, :1], profile.own_px[:, :1]
-    there, row = (first[..., 0] - own).astype(np.float32), first[..., 1].astype(np.float32)
-    in_right: BoolArray = (there > 0.0) & (sample(bench.slopes.valid_right, there, row) > 0.9)
-    return in_right[:, 0]
 
 
 def _beyond(profile: _Profile) -> tuple[FloatArray, FloatArray]:

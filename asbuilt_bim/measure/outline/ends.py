@@ -33,22 +33,31 @@ class Model:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class End:
+    """How likely a side is its face's end, and how far past it nothing is seen that isn't the face, in px on average.
+
+    `open_px` as far as is looked nearby, `far_px` as far as is looked at all.
+    """
+
+    probability: float
+    open_px: float
+    far_px: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Ends:
     """How likely a face was seen whole, and what speaks against it most: the frame, a near thing, or neither."""
 
     probability: float
-    by_edge: Mapping[int, float]  # of each straight side, by the number of its edge, that it is the face's end
-    open_px: Mapping[int, float]  # how far past it, on average, nothing is seen that isn't the face
+    by_edge: Mapping[int, End]  # of each straight side, by the number of its edge
     cut_by_frame: bool
     occluded: bool
     open_edge: bool
 
-    def of_edge(self, number: int) -> tuple[float, float]:
-        """Return how likely an edge is the face's end, and how far past it nothing is seen that isn't the face, px.
-
-        An edge that no place lies on is as likely as all together, and may go on as far as is looked near it.
-        """
-        return self.by_edge.get(number, self.probability), self.open_px.get(number, OUTWARD_PX[-1])
+    def of_edge(self, number: int) -> End:
+        """Return what is known of an edge; one that no place lies on is as likely an end as all together."""
+        unknown = End(probability=self.probability, open_px=OUTWARD_PX[-1], far_px=OUTWARD_PX[-1])
+        return self.by_edge.get(number, unknown)
 
 
 @lru_cache(maxsize=1)
@@ -72,13 +81,15 @@ def judge_ends(bench: Workbench, sides: Sequence[BorderSide], own: Surface) -> E
     lengths = np.array([side.length_px for side in sides])
     counts = lengths >= min(fitted.least_side_px, float(lengths.max()))
     probability = face_probability(each[counts], fitted.face)
-    by_edge = {side.number: float(p) for side, p in zip(sides, each, strict=True)}
-    open_px = {side.number: one.open_px for side, one in zip(sides, seen, strict=True)}
+    by_edge = {
+        side.number: End(probability=float(p), open_px=one.open_px, far_px=one.far_px)
+        for side, p, one in zip(sides, each, seen, strict=True)
+    }
     weakest = dict(zip(FEATURES, shown[counts][int(np.argmin(each[counts]))], strict=True))
     cut, hidden = weakest["past the frame"], weakest["before"]
     reason = int(np.argmax([cut, hidden, 1.0 - cut - hidden])) if probability < fitted.limit else None
     return Ends(
-        probability=probability, by_edge=by_edge, open_px=open_px, cut_by_frame=reason == 0, occluded=reason == 1,
+        probability=probability, by_edge=by_edge, cut_by_frame=reason == 0, occluded=reason == 1,
         open_edge=reason == 2,
     )  # fmt: skip
 

@@ -90,7 +90,7 @@ def put(on: SimpleNamespace, columns: slice, disparity_px: float) -> None:
 @pytest.mark.parametrize("number", range(4))
 def test_a_background_lies_behind_every_side(number: int) -> None:
     assert feature("behind", bench(), number) == 1.0
-    assert shown(bench(), number).open_px == pytest.approx(3.0)
+    assert (shown(bench(), number).open_px, shown(bench(), number).far_px) == pytest.approx((3.0, 3.0))
 
 
 def test_the_strip_that_one_photo_alone_shows_hides_no_background() -> None:
@@ -128,7 +128,8 @@ def test_a_strip_at_the_frame_that_is_a_piece_of_its_own_is_still_the_face_going
     put(on, slice(HIGH, SIZE), FACE_PX + 0.4)
     on.scene.labels[:, HIGH:] = label
     assert feature("goes on", on) == 1.0
-    assert SIZE - HIGH <= shown(on).open_px <= SIZE - HIGH + STEP
+    assert shown(on).open_px == pytest.approx(39.0)
+    assert SIZE - HIGH <= shown(on).far_px <= SIZE - HIGH + STEP
 
 
 def test_a_face_that_shows_again_past_pixels_that_scatter_goes_on() -> None:
@@ -153,7 +154,8 @@ def test_where_nothing_is_measured_nothing_is_known_of_what_lies_there() -> None
     put(on, slice(HIGH, SIZE), np.nan)
     shares = [feature(name, on) for name in ("behind", "before", "meets", "goes on")]
     assert shares == [0.0] * 4
-    assert SIZE - HIGH <= shown(on).open_px <= SIZE - HIGH + STEP
+    assert shown(on).open_px == pytest.approx(39.0)
+    assert SIZE - HIGH <= shown(on).far_px <= SIZE - HIGH + STEP
 
 
 def test_a_side_that_nothing_near_ends_is_open_up_to_the_next_body_that_is_seen() -> None:
@@ -162,7 +164,8 @@ def test_a_side_that_nothing_near_ends_is_open_up_to_the_next_body_that_is_seen(
     put(on, slice(HIGH, SIZE), FACE_PX)
     put(on, slice(HIGH + 52, SIZE), BEHIND_PX)
     assert feature("goes on", on) == 1.0
-    assert 51.9 < shown(on).open_px <= 52.0 + STEP
+    assert shown(on).open_px == pytest.approx(39.0)
+    assert 51.9 < shown(on).far_px <= 52.0 + STEP
 
 
 @pytest.mark.parametrize("of_right", [False, True])

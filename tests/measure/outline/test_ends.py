@@ -10,7 +10,7 @@ import pytest
 
 from asbuilt_bim.measure.outline import ends as ends_module
 from asbuilt_bim.measure.outline.border import FEATURES, border_sides, flat_surface
-from asbuilt_bim.measure.outline.ends import DATA, Ends, face_probability, judge_ends, model, side_probabilities
+from asbuilt_bim.measure.outline.ends import DATA, End, Ends, face_probability, judge_ends, model, side_probabilities
 from tests.measure.outline.test_border import FACE_PX, HIGH, PIECE, PLANE, SIZE, bench, outline, put
 
 
@@ -55,9 +55,10 @@ def test_a_side_knows_how_likely_it_is_an_end_and_how_far_the_face_may_go_on() -
     put(on, slice(HIGH, SIZE), np.nan)
     found = judged(on, strength=0.0)
     lost, seen = found.of_edge(1), found.of_edge(3)
-    assert lost[0] < 0.5 < seen[0]
-    assert lost[1] >= SIZE - HIGH and seen[1] == pytest.approx(3.0)
-    assert found.of_edge(99) == (found.probability, 39.0)
+    assert lost.probability < 0.5 < seen.probability
+    assert (lost.open_px, seen.open_px, seen.far_px) == pytest.approx((39.0, 3.0, 3.0))
+    assert lost.far_px >= SIZE - HIGH
+    assert found.of_edge(99) == End(probability=found.probability, open_px=39.0, far_px=39.0)
 
 
 def test_a_face_is_no_likelier_whole_than_its_weakest_side_lets_it() -> None:
