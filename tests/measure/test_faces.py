@@ -17,7 +17,7 @@ from asbuilt_bim.geometry.level import pixel_rays
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import ring_area
 from asbuilt_bim.geometry.transform import rigid
-from asbuilt_bim.measure import station_faces
+from asbuilt_bim.measure import finish, station_faces
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.outline.ends import model
 from asbuilt_bim.measure.planes.refine import pictures, refine_plane
@@ -201,6 +201,15 @@ def test_a_face_whose_sigma_is_over_a_fifth_of_its_area_is_seen_and_not_measurab
     assert all(isinstance(value, int) for box in boxes for value in box)  # type: ignore[union-attr]
     text = str(words_of(seen[0]))
     assert "seen, not measurable" in text and "m²" not in text and "limit 0 %" in text
+
+
+@pytest.mark.parametrize(("source", "open_m2"), [(InstanceSource.GEOMETRY, 0.7), (InstanceSource.GIVEN, 0.0)])
+def test_who_draws_a_mask_says_where_the_face_ends(
+    source: InstanceSource, open_m2: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(finish, "_open_sigma", lambda *_: 0.7)
+    flat = [one for one in measured(site()[1], source).faces if isinstance(one.frame, PlaneFrame)]
+    assert flat and {one.area_sigma_open_m2 for one in flat} == {open_m2}
 
 
 @pytest.mark.parametrize(("lost", "box"), [(1, (10, 20, 91, 61)), (4, None)])
