@@ -11,6 +11,7 @@ from pathlib import Path
 from asbuilt_bim.camera.calibration.any_board import SeenBoard, board_shown, shows_board
 from asbuilt_bim.camera.photo.read import decode, read_photo
 from asbuilt_bim.errors import PhotoError
+from asbuilt_bim.project.tables.survey import is_survey
 
 MAX_FILES, MAX_DEPTH = 50_000, 4
 _DESIGNS = (".ifc", ".ifczip")
@@ -25,7 +26,6 @@ _DAYS_OF = 50  # of a folder's photos: a camera's clock goes on, so they show ea
 _LOOKED_AT, _AGREE = 3, 2  # photos of a folder: a wall of tiles is found to be a board now and then
 _DAY = re.compile(r"(?<!\d)(20\d\d)[-_.]?(\d\d)[-_.]?(\d\d)(?!\d)")
 _OURS = re.compile(r"^format:\s*[\"']?asbuilt-bim/rig", re.MULTILINE)
-_SURVEY = {"id", "corner", "x_m", "y_m", "z_m"}
 _HEAD = 4096  # bytes that tell what a text file is
 
 
@@ -301,8 +301,7 @@ def _is_factory(file: Path) -> bool:
 
 
 def _is_survey(file: Path) -> bool:
-    first = _head(file).lstrip("\ufeff").splitlines()[:1]
-    return bool(first) and {column.strip().lower() for column in re.split(r"[,;]", first[0])} >= _SURVEY
+    return is_survey(_head(file).lstrip("\ufeff").splitlines())
 
 
 def _head(file: Path) -> str:

@@ -21,7 +21,7 @@ from asbuilt_bim.camera.rig_formats.opencv import Foreign
 from asbuilt_bim.camera.rig_formats.reader import RigFormat, read_rig, rig_contents
 from asbuilt_bim.ifc.read.design import read_design
 from asbuilt_bim.project.read import read_project
-from asbuilt_bim.register.survey import read_survey
+from asbuilt_bim.project.tables.survey import read_survey
 from asbuilt_bim.report.result.document import read_result
 from asbuilt_bim.schedule.read import read_schedule
 from asbuilt_bim.vision.masks.file import read_masks

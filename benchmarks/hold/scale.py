@@ -43,8 +43,8 @@ from asbuilt_bim.progress.history import EMPTY_HISTORY, remember
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.read import read_project
+from asbuilt_bim.project.tables.survey import read_survey
 from asbuilt_bim.register.pose import SurveyedMarker
-from asbuilt_bim.register.survey import read_survey
 from asbuilt_bim.report.page.write import page_html
 from asbuilt_bim.report.result.document import read_result, write_result
 from asbuilt_bim.report.result.parts import read_elements, read_summary

@@ -40,8 +40,8 @@ from asbuilt_bim.progress.states.classify import classify_surface
 from asbuilt_bim.progress.surface import SurfaceState
 from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.read import read_project
+from asbuilt_bim.project.tables.survey import read_survey
 from asbuilt_bim.register.placement import register
-from asbuilt_bim.register.survey import read_survey
 from asbuilt_bim.report.tables import station_of
 from asbuilt_bim.scale.cache import Cache
 from asbuilt_bim.scale.executor import one_thread

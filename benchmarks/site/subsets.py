@@ -32,8 +32,8 @@ from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.project.model import Project, Visit
 from asbuilt_bim.project.read import read_project
+from asbuilt_bim.project.tables.survey import read_survey
 from asbuilt_bim.register.pose import SurveyedMarker
-from asbuilt_bim.register.survey import read_survey
 from asbuilt_bim.report.tables import station_of
 from asbuilt_bim.scale.cache import Cache
 from asbuilt_bim.scale.executor import one_thread

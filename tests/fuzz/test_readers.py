@@ -19,7 +19,7 @@ from asbuilt_bim.camera.photo.read import decode, photo_from_bytes
 from asbuilt_bim.camera.rig_formats.reader import read_rig
 from asbuilt_bim.errors import AsBuiltError
 from asbuilt_bim.project.read import read_project
-from asbuilt_bim.register.survey import read_survey
+from asbuilt_bim.project.tables.survey import read_survey
 from asbuilt_bim.report.fill.write import read_map
 from asbuilt_bim.report.result.document import read_result
 from asbuilt_bim.schedule.read import read_schedule

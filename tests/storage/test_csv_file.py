@@ -14,7 +14,7 @@ from asbuilt_bim.project.tables.costs import read_costs
 from asbuilt_bim.project.tables.observations import read_observations
 from asbuilt_bim.project.tables.outlines import read_outlines
 from asbuilt_bim.project.tables.places import known_places
-from asbuilt_bim.register.survey import read_survey
+from asbuilt_bim.project.tables.survey import read_survey
 from asbuilt_bim.schedule.read import read_schedule
 from asbuilt_bim.storage.csv_file import csv_table
 from asbuilt_bim.vision.masks.file import read_masks

@@ -13,7 +13,7 @@ from asbuilt_bim.camera.photo.read import read_photo
 from asbuilt_bim.camera.rig_formats.text import read_document
 from asbuilt_bim.errors import AsBuiltError
 from asbuilt_bim.ifc.read.source import open_ifc
-from asbuilt_bim.register.survey import read_survey
+from asbuilt_bim.project.tables.survey import read_survey
 from asbuilt_bim.report.result.document import read_result
 from asbuilt_bim.schedule.read import read_schedule
 from asbuilt_bim.storage.strict_yaml import read_yaml

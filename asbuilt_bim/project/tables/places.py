@@ -15,6 +15,7 @@ from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.transform import inverse, rigid, rotation_from_vector
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.project.model import Project
+from asbuilt_bim.project.tables.survey import read_survey
 from asbuilt_bim.register.placement import ControlPoint, given_pose, levelled
 from asbuilt_bim.register.pose import StationPose, SurveyedMarker
 from asbuilt_bim.register.survey import (
@@ -22,7 +23,6 @@ from asbuilt_bim.register.survey import (
     MAX_COORDINATE_M,
     check_survey,
     metres,
-    read_survey,
 )
 from asbuilt_bim.storage.table_file import Columns, TableFile, TableRow, day_in, number_in, read_table, refused_rows
 

@@ -8,9 +8,10 @@ import pytest
 
 from asbuilt_bim.errors import SurveyError
 from asbuilt_bim.geometry.arrays import frozen
+from asbuilt_bim.project.tables.survey import is_survey, read_survey
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.print_shape import CORNERS
-from asbuilt_bim.register.survey import check_survey, read_survey
+from asbuilt_bim.register.survey import check_survey
 from asbuilt_bim.report.wording.reasons import words_of
 from tests.match.small_site import FAR, box, element, model
 
@@ -203,3 +204,71 @@ def test_a_marker_may_be_surveyed_by_its_centre_alone(tmp_path: Path) -> None:
 def test_a_marker_with_its_centre_and_corners_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SurveyError, match="marker 7 has its centre and corners too"):
         read(tmp_path, table({7: SQUARE}) + "7,centre,1,2,3\n")
+
+
+AS_TYPED = "id,corner,x_m,y_m,z_m\n" + "".join(
+    f"7,{name},{x},{y},{z}\n" for name, (x, y, z) in zip(CORNERS, SQUARE, strict=True)
+)
+SHORT = ("TL", "TR", "BR", "BL")
+
+
+@pytest.mark.parametrize(
+    ("header", "rows"),
+    [
+        ("Point,Easting [m],Northing [m],Height [m],Code", "7-{short},{x},{y},{z},tag"),
+        ("PointID;E;N;H", "M7_{short};{x};{y};{z}"),
+        ("Name\tX\tY\tZ", "tag 7 {corner}\t{x}\t{y}\t{z}"),
+        ("Marker,Corner,East,North,Elevation", "7,{short},{x},{y},{z}"),
+        ("id,name,corner,x,x_m,y_m,z_m", "7,west,{corner},99,{x},{y},{z}"),
+    ],
+)
+def test_a_total_stations_export_is_read_as_the_survey_that_it_is(header: str, rows: str, tmp_path: Path) -> None:
+    """Points such as `7-TL` say marker and corner; stations and control points among them are nobody's corners."""
+    lines = [
+        rows.format(short=short, corner=corner, x=x, y=y, z=z)
+        for short, corner, (x, y, z) in zip(SHORT, CORNERS, SQUARE, strict=True)
+    ]
+    sign = next(one for one in ",;\t" if one in header)
+    others = [] if "orner" in header else [sign.join(["ST1", "0", "0", "0"]), sign.join(["1001", "5", "5", "0"])]
+    text = "\n".join([header, *others, *lines])
+    assert is_survey(text.splitlines())
+    (marker,) = read(tmp_path, text)
+    np.testing.assert_allclose(marker.corners_m, SQUARE)  # type: ignore[attr-defined]
+    assert marker.marker_id == 7  # type: ignore[attr-defined]
+
+
+def test_a_point_of_a_total_station_that_is_mistyped_leaves_its_marker_without_that_corner(tmp_path: Path) -> None:
+    lines = ["point,e,n,h", *(f"7-{s},{x},{y},{z}" for s, (x, y, z) in zip(SHORT, SQUARE, strict=True))]
+    with pytest.raises(SurveyError, match="marker 7: bottom-left missing"):
+        read(tmp_path, "\n".join(lines).replace("7-BL", "7BL2"))
+    with pytest.raises(SurveyError, match="line 5: unknown corner 'LB'"):
+        read(tmp_path, "\n".join(lines).replace("7-BL", "7-LB"))
+
+
+@pytest.mark.parametrize(
+    ("header", "says"),
+    [
+        ("id,corner,Easting (ft),Northing (ft),Height (ft)", r"column `Easting \(ft\)` is in ft; give it in metres"),
+        ("id,corner,x,E,y", "lacks z_m"),
+        ("id,corner,x,y,z,E", "columns `x` and `E` may both be x_m; name the one that counts x_m"),
+    ],
+)
+def test_headings_that_leave_open_what_is_meant_are_refused(header: str, says: str, tmp_path: Path) -> None:
+    rows = AS_TYPED.splitlines()[1:]
+    wide = len(header.split(",")) - 5
+    with pytest.raises(SurveyError, match=says):
+        read(tmp_path, "\n".join([header, *(row + ",1" * wide for row in rows)]))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "date,station,x_m,y_m,z_m,bearing_deg\n2026-03-02,G1,1,2,3,90",
+        "point,x_m,y_m,z_m,x_px,y_px\nP1,1,2,3,40,50",
+        "name,price\nwall,3",
+        "",
+    ],
+)
+def test_other_tables_of_places_are_no_survey(text: str) -> None:
+    assert not is_survey(text.splitlines())
+    assert is_survey(AS_TYPED.splitlines())
