@@ -237,6 +237,13 @@ def test_a_total_stations_export_is_read_as_the_survey_that_it_is(header: str, r
     assert marker.marker_id == 7  # type: ignore[attr-defined]
 
 
+def test_a_total_stations_export_with_decimal_commas_may_have_its_points_last(tmp_path: Path) -> None:
+    corners = zip(SHORT, SQUARE, strict=True)
+    lines = ["E;N;H;Point", *(f"{x};{y};{z};7-{short}".replace(".", ",") for short, (x, y, z) in corners)]
+    (marker,) = read(tmp_path, "\n".join(lines))
+    np.testing.assert_allclose(marker.corners_m, SQUARE)  # type: ignore[attr-defined]
+
+
 def test_a_point_of_a_total_station_that_is_mistyped_leaves_its_marker_without_that_corner(tmp_path: Path) -> None:
     lines = ["point,e,n,h", *(f"7-{s},{x},{y},{z}" for s, (x, y, z) in zip(SHORT, SQUARE, strict=True))]
     with pytest.raises(SurveyError, match="marker 7: bottom-left missing"):

@@ -12,7 +12,7 @@ from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.register.pose import SurveyedMarker
 from asbuilt_bim.register.print_shape import CORNERS, print_faults
 from asbuilt_bim.register.survey import MAX_COORDINATE_M
-from asbuilt_bim.storage.csv_file import CsvTable, csv_table
+from asbuilt_bim.storage.csv_file import csv_table
 from asbuilt_bim.storage.regular_file import read_bytes
 
 COLUMNS = ("id", "corner", "x_m", "y_m", "z_m")
@@ -44,7 +44,13 @@ def is_survey(lines: Sequence[str]) -> bool:
     places = _places(header)
     if not places.keys() >= set(COLUMNS) - {"corner"}:
         return False
-    return "corner" in places or any(_POINT.fullmatch(row[places["id"]]) for row in rows if len(row) > places["id"])
+    return "corner" in places or _names_corners(rows, places)
+
+
+def _names_corners(rows: Sequence[Sequence[str]], places: Mapping[str, int]) -> bool:
+    """Say whether some points say which corner of a marker they are."""
+    at = places.get("id")
+    return at is not None and any(_POINT.fullmatch(row[at]) for row in rows if len(row) > at)
 
 
 def _places(header: Sequence[str]) -> dict[str, int]:
@@ -116,7 +122,7 @@ def _numbered(ids: Sequence[int]) -> str:
 def _rows(path: Path) -> tuple[list[_Row], list[str]]:
     table = csv_table(read_bytes(path, MAX_BYTES, SurveyError, f"survey {path}"), str(path), SurveyError, comments=True)
     places = _places(table.header)
-    by_point = "corner" not in places and is_survey(["\t".join(cells) for cells in (table.header, *_cells(table))])
+    by_point = "corner" not in places and _names_corners([cells for _, cells in table.rows], places)
     missing = [name for name in COLUMNS if name not in places and not (by_point and name == "corner")]
     if missing:
         raise SurveyError(
@@ -140,10 +146,6 @@ def _rows(path: Path) -> tuple[list[_Row], list[str]]:
     if len(problems) > MAX_NAMED:
         problems[MAX_NAMED:] = [f"{len(problems) - MAX_NAMED} more lines can't be read"]
     return rows, problems
-
-
-def _cells(table: CsvTable) -> list[list[str]]:
-    return [cells for _, cells in table.rows]
 
 
 def _check_headings(header: Sequence[str], path: Path) -> None:
