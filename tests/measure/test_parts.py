@@ -378,29 +378,20 @@ def _side(source: Literal["mask", "frame", "photo"], sigma_px: float) -> FaceEdg
 
 @pytest.mark.parametrize(("source", "sigma_px"), SOURCES)
 @pytest.mark.parametrize("is_end", [0.0, 0.5, 1.0])
-def test_a_side_that_a_mask_alone_draws_is_rough_and_if_no_end_anywhere_up_to_what_isnt_the_face(
+def test_a_side_that_a_mask_alone_draws_lies_nearby_or_farther_off_anywhere_up_to_what_isnt_the_face(
     source: Literal["mask", "frame", "photo"], sigma_px: float, is_end: float
 ) -> None:
-    end = End(probability=is_end, open_px=24.0, far_px=60.0)
-    left_open = 24.0 * np.sqrt((1.0 - is_end) / 12.0) if source == "mask" else 0.0
-    assert _side_sigma_px(_side(source, sigma_px), end) == pytest.approx(np.hypot(sigma_px, left_open))
-
-
-@pytest.mark.parametrize(("source", "sigma_px"), SOURCES)
-@pytest.mark.parametrize("is_end", [0.0, 0.5, 1.0])
-def test_what_such_a_side_leaves_open_farther_off_makes_up_the_whole_strip_with_what_it_does_nearby(
-    source: Literal["mask", "frame", "photo"], sigma_px: float, is_end: float
-) -> None:
-    end = End(probability=is_end, open_px=24.0, far_px=60.0)
+    side, end = _side(source, sigma_px), End(probability=is_end, open_px=24.0, far_px=60.0)
+    share = np.sqrt((1.0 - is_end) / 12.0) if source == "mask" else 0.0
+    assert _side_sigma_px(side, end) == pytest.approx(np.hypot(sigma_px, 24.0 * share))
     ends = Ends(probability=is_end, by_edge={0: end}, cut_by_frame=False, occluded=False, open_edge=True)
     settled = Settled(
         hypothesis=None, q_px=facing(5.0), covariance=np.eye(3),  # type: ignore[arg-type]
-        outline=Outline(rings=(), edges=(_side(source, sigma_px),)),
+        outline=Outline(rings=(), edges=(side,)),
     )  # fmt: skip
     pixels_m2 = LINE.length_px * (5.0 / CAMERA.f_px) ** 2
-    nearby_m2 = np.sqrt(_side_sigma_px(_side(source, sigma_px), end) ** 2 - sigma_px**2) * pixels_m2
-    expected_m2 = 60.0 * pixels_m2 * np.sqrt((1.0 - is_end) / 12.0) if source == "mask" else 0.0
-    assert np.hypot(nearby_m2, _open_sigma(settled, ends, CAMERA)) == pytest.approx(expected_m2, abs=1e-9)
+    expected_m2 = np.sqrt(60.0**2 - 24.0**2) * share * pixels_m2
+    assert _open_sigma(settled, ends, CAMERA) == pytest.approx(expected_m2, abs=1e-9)
 
 
 @pytest.mark.parametrize(("tilt_px", "doubt", "is_open"), [(0.0, 1.0, False), (30.0, 1.0, True), (30.0, 0.0, False)])

@@ -1,7 +1,7 @@
 """What lies past an outline's border: disparity against the face's own, and the edge that both photos show there."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -122,7 +122,7 @@ def shown_by(bench: Workbench, side: BorderSide, own: Surface) -> Shown:
     weight = side.steps_px / side.steps_px.sum()
     profile = _profile(bench, side, own)
     kind, open_px = _beyond(profile)
-    far_px = np.where(open_px < OUTWARD_PX[-1], open_px, _open_far(_profile(bench, side, own, FAR_PX)))
+    far_px = _open_far(bench, side, own, open_px)
     behind, before, meets, goes_on = (float(weight @ (kind == k)) for k in (BEHIND, BEFORE, MEETS, GOES_ON))
     framed = at_places(bench.frame, side.points)
     past = float(weight @ (framed | ~profile.paired))
@@ -181,10 +181,15 @@ def _beyond(profile: _Profile) -> tuple[FloatArray, FloatArray]:
     return kind, np.where(ends, OUTWARD_PX[at], OUTWARD_PX[-1])
 
 
-def _open_far(far: _Profile) -> FloatArray:
-    """Return how far off each place (N,) the first thing is seen that isn't the face, or the frame ends."""
-    ends = far.off | ~far.inside
-    return np.asarray(np.where(ends.any(axis=1), FAR_PX[ends.argmax(axis=1)], FAR_PX[-1]))
+def _open_far(bench: Workbench, side: BorderSide, surface: Surface, open_px: FloatArray) -> FloatArray:
+    """Return how far off each place (N,) the first thing is seen that isn't the face: the frame's end is one, too."""
+    places = open_px >= OUTWARD_PX[-1]
+    if not places.any():
+        return open_px
+    far = _profile(bench, replace(side, points=side.points[places], normals=side.normals[places]), surface, FAR_PX)
+    ends, far_px = far.off | ~far.inside, open_px.copy()
+    far_px[places] = np.where(ends.any(axis=1), FAR_PX[ends.argmax(axis=1)], FAR_PX[-1])
+    return far_px
 
 
 def stood_on(floors: Sequence[Floor]) -> list[Floor]:

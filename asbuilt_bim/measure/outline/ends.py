@@ -34,10 +34,7 @@ class Model:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class End:
-    """How likely a side is its face's end, and how far past it nothing is seen that isn't the face, in px on average.
-
-    `open_px` as far as is looked nearby, `far_px` as far as is looked at all.
-    """
+    """How likely a side is its face's end, and how far past it nothing else is seen: nearby, and at all."""
 
     probability: float
     open_px: float
@@ -56,8 +53,8 @@ class Ends:
 
     def of_edge(self, number: int) -> End:
         """Return what is known of an edge; one that no place lies on is as likely an end as all together."""
-        unknown = End(probability=self.probability, open_px=OUTWARD_PX[-1], far_px=OUTWARD_PX[-1])
-        return self.by_edge.get(number, unknown)
+        far = OUTWARD_PX[-1]
+        return self.by_edge.get(number, End(probability=self.probability, open_px=far, far_px=far))
 
 
 @lru_cache(maxsize=1)
@@ -81,16 +78,13 @@ def judge_ends(bench: Workbench, sides: Sequence[BorderSide], own: Surface) -> E
     lengths = np.array([side.length_px for side in sides])
     counts = lengths >= min(fitted.least_side_px, float(lengths.max()))
     probability = face_probability(each[counts], fitted.face)
-    by_edge = {
-        side.number: End(probability=float(p), open_px=one.open_px, far_px=one.far_px)
-        for side, p, one in zip(sides, each, seen, strict=True)
-    }
+    ends = [End(probability=float(p), open_px=s.open_px, far_px=s.far_px) for p, s in zip(each, seen, strict=True)]
+    by_edge = dict(zip((side.number for side in sides), ends, strict=True))
     weakest = dict(zip(FEATURES, shown[counts][int(np.argmin(each[counts]))], strict=True))
     cut, hidden = weakest["past the frame"], weakest["before"]
     reason = int(np.argmax([cut, hidden, 1.0 - cut - hidden])) if probability < fitted.limit else None
     return Ends(
-        probability=probability, by_edge=by_edge, cut_by_frame=reason == 0, occluded=reason == 1,
-        open_edge=reason == 2,
+        probability=probability, by_edge=by_edge, cut_by_frame=reason == 0, occluded=reason == 1, open_edge=reason == 2
     )  # fmt: skip
 
 
