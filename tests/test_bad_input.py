@@ -14,6 +14,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from asbuilt_bim.cli import app
+from asbuilt_bim.errors import OutputError
 from asbuilt_bim.report.result.document import read_result
 from asbuilt_bim.report.wording.reasons import words_of
 from tests.photo_damage import DAMAGES, without_red
@@ -75,6 +76,21 @@ def test_a_bad_station_is_left_out_by_name_with_its_reason(damaged: tuple[Result
     for pattern in DAMAGES[name][1]:
         assert re.search(pattern, line), f"{pattern!r} is not in: {line}"
     assert name not in {station["name"] for station in document["stations"]}
+
+
+def test_a_missing_photo_is_told_before_anything_is_measured(
+    good: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, project = copied(good, tmp_path / "p")
+    entry = project["visits"][-1]["stations"][0]
+    entry["left"] = entry["left"].replace("left", "lefft")
+
+    def never(*_given: object) -> None:
+        raise OutputError("nobody waited for a measurement")
+
+    monkeypatch.setattr("asbuilt_bim.terminal.commands.run_project", never)
+    told = run(write(folder, project), folder / "out").stderr
+    assert f"there is no {entry['left']} (" in told and told.index("there is no") < told.index("nobody waited")
 
 
 def test_the_good_station_counts_whatever_the_others_are(damaged: tuple[Result, dict[str, Any]]) -> None:

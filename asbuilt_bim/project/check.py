@@ -27,6 +27,17 @@ def refuse_missing(project: Project) -> None:
         raise ProjectError("\n".join([f"{project.path}: {what}", *first_rows(missing)]))
 
 
+def missing_photos(project: Project) -> tuple[str, ...]:
+    """Return a line for every photo of a visit that isn't there: each costs its station, as a run's end says again."""
+    return tuple(
+        f"visit {visit.date}, station {station.name}: there is no {project.relative(path)}{file_alike(path)}"
+        for visit in project.visits
+        for station in visit.stations
+        for path in dict.fromkeys((station.left, station.right))
+        if not path.exists()
+    )
+
+
 def is_of(day: date, visit: Visit) -> bool:
     """Say whether a run takes photos of a day for a visit's: all of them where its camera's clock is wrong."""
     return visit.camera_clock_wrong or abs(day - visit.date) <= NEAR

@@ -29,6 +29,8 @@ from asbuilt_bim.ifc.apart import inspect_file, strip_asbuilt
 from asbuilt_bim.measure.step_timer import StepTimer
 from asbuilt_bim.progress.globalid_remap import known_again
 from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.project.check import missing_photos
+from asbuilt_bim.project.mistakes import first_rows
 from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.read import read_project
 from asbuilt_bim.report.page.calibration import unfit_words
@@ -95,6 +97,7 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
     with open_output(request.out, project.sources) as out, ExitStack() as until_end:
         before = previous_result(out)
         last = last_workbook(out, before, project.last_workbook)  # one that can't be read is said before anything else
+        _warn_of_missing(project, screen)
         with screen.steps() as progress:
             project = until_end.enter_context(with_video_stations(project, cache, progress))
             result = run_project(project, place, progress, before)
@@ -125,6 +128,15 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
         screen.error("stations were left out (see above), and --strict was given")
         return INCOMPLETE
     return 0
+
+
+def _warn_of_missing(project: Project, screen: Screen) -> None:
+    """Say before anything is measured which photos aren't there: a mistyped path is mended in less than a run."""
+    if missing := missing_photos(project):
+        rows = first_rows([f"  {line}" for line in missing])
+        screen.warn(
+            "\n".join(["photos aren't there; their stations are left out, so stop and correct the paths:", *rows])
+        )
 
 
 def _warn(result: RunResult, project: Project, screen: Screen) -> bool:

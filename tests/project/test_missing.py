@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from asbuilt_bim.errors import ProjectError
-from asbuilt_bim.project.check import refuse_missing
+from asbuilt_bim.project.check import missing_photos, refuse_missing
 from asbuilt_bim.project.read import read_project
 from tests.project_folder import plain, write_project
 
@@ -54,3 +54,18 @@ def test_a_misspelt_file_is_told_with_the_one_that_lies_beside_it(tmp_path: Path
     (tmp_path / "markers.csv").touch()
     with pytest.raises(ProjectError, match=r"copy it there, or correct the path:\n  ifc: desgin.ifc \(design.ifc lies"):
         refuse_missing(project)
+
+
+def test_photos_that_are_missing_are_told_by_visit_and_station_with_what_lies_there(tmp_path: Path) -> None:
+    project = read_project(write_project(tmp_path))
+    visit = project.visits[0]
+    first = visit.stations[0]
+    stations = [station for one in project.visits for station in one.stations]
+    for path in (path for station in stations for path in (station.left, station.right)):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    assert missing_photos(project) == ()
+    misspelt = first.right.with_stem(f"{first.right.stem}h")
+    first.right.rename(misspelt)
+    told = f"visit {visit.date.isoformat()}, station {first.name}: there is no {project.relative(first.right)}"
+    assert missing_photos(project) == (f"{told} ({misspelt.name} lies there: is it that?)",)
