@@ -42,7 +42,7 @@ CONFINED = {
     "xlsxwriter": ["report/workbook/"],
     "jinja2": ["report/page/"],
     "pyarrow": ["report/flat/parquet.py"],
-    "jsonschema": ["storage/schemas.py", "camera/rig_formats/rig_file.py"],
+    "jsonschema_rs": ["storage/schemas.py"],
     "click": ["cli.py", "terminal/"],
     "rich": ["terminal/"],
     "yaml": ["storage/", "camera/rig_formats/"],

@@ -7,13 +7,7 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
-from jsonschema import Draft202012Validator
-from jsonschema.exceptions import ValidationError
-
-MAX_FAULTS = 5
-ARRAY_DEFINITIONS = ("vector2", "vector3", "matrix3", "matrix4", "matrix6", "ring2", "ring3")
-"""Definitions of pure number arrays: here only known to be lists, since numpy holds them to shape and finiteness
-a thousand times faster when they are read (`arrays_json`)."""
+from jsonschema_rs import Draft202012Validator, ValidationError
 
 
 def schema_folder() -> Traversable:
@@ -51,46 +45,62 @@ def schema(name: str) -> dict[str, Any]:
     return loaded
 
 
-def first_faults(name: str, document: Any, *, newer: bool = False) -> list[str]:
-    """Return up to `MAX_FAULTS` faults as `place: what is wrong`; `newer` lets unknown keys pass."""
-    errors = _validator(name, newer).iter_errors(document)
-    faults: list[str] = []
-    for error in errors:
-        faults.append(f"{_place(error)}: {_short(error)}")
-        if len(faults) == MAX_FAULTS:
-            break
-    return faults
+def first_fault(name: str, document: Any, *, newer: bool = False) -> str:
+    """Return a document's first fault as `place: what is wrong`, "" without one; `newer` lets unknown keys pass."""
+    validator = _validator(name, newer)
+    try:
+        try:
+            validator.validate(document)
+        except ValidationError:
+            raise
+        except ValueError:
+            validator.validate(_as_json(document))
+    except ValidationError as error:
+        return _told(error)
+    except ValueError as error:
+        return f"the whole document: {error}"
+    return ""
+
+
+def all_faults(name: str, written: Any) -> list[str]:
+    """Return every fault of what a person wrote, of some pages at most: a large document may have millions."""
+    try:
+        return [_told(error) for error in _validator(name, newer=False).iter_errors(_as_json(written))]
+    except ValueError as error:
+        return [f"the whole document: {error}"]
+
+
+def _as_json(document: Any) -> Any:
+    """Return a document as JSON has it: YAML's days and numbers in the place of keys are text, so are half characters.
+
+    What is nested too deep for that is returned as it is.
+    """
+    try:
+        return json.loads(json.dumps(document, default=str, ensure_ascii=False).encode("utf-8", "replace"))
+    except RecursionError:
+        return document
 
 
 @cache
 def _validator(name: str, newer: bool) -> Draft202012Validator:
     """Make the validator of one schema."""
-    return Draft202012Validator(_adapted(schema(name), newer))
+    return Draft202012Validator(_open(schema(name)) if newer else schema(name))
 
 
-def _adapted(part: Any, newer: bool) -> Any:
-    """Return a copy of a schema with number arrays left to numpy and, for newer files, unknown keys allowed."""
+def _open(part: Any) -> Any:
+    """Return a copy of a schema that lets unknown keys pass."""
     if isinstance(part, list):
-        return [_adapted(item, newer) for item in part]
+        return [_open(item) for item in part]
     if not isinstance(part, dict):
         return part
-    copied = {key: _adapted(value, newer) for key, value in part.items()}
-    if newer and copied.get("additionalProperties") is False:
-        del copied["additionalProperties"]
-    if isinstance(copied.get("$defs"), dict):
-        copied["$defs"] |= {key: {"type": "array"} for key in ARRAY_DEFINITIONS if key in copied["$defs"]}
-    return copied
+    return {key: _open(value) for key, value in part.items() if (key, value) != ("additionalProperties", False)}
 
 
-def _place(error: ValidationError) -> str:
-    """Write a fault's place as `elements[3].completion.best`."""
-    text = ""
-    for step in error.absolute_path:
-        text += f"[{step}]" if isinstance(step, int) else f".{step}" if text else str(step)
-    return text or "the whole document"
-
-
-def _short(error: ValidationError) -> str:
-    """Say what is wrong without printing the whole value."""
+def _told(error: ValidationError) -> str:
+    """Say where a fault is, as `elements[3].completion.best`, and what is wrong, without printing the whole value."""
+    place = ""
+    for step in error.instance_path:
+        place += f"[{step}]" if isinstance(step, int) else f".{step}" if place else str(step)
     message = str(error.message)
-    return message if len(message) <= 160 else f"{message[:70]} ... {message[-80:]}"
+    short = message if len(message) <= 160 else f"{message[:70]} ... {message[-80:]}"
+    return f"{place or 'the whole document'}: {short}"

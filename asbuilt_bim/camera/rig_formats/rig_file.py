@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import yaml
-from jsonschema import Draft202012Validator
 
 from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.lens import COEFFICIENT_NAMES, COEFFICIENTS, LensModel, reach
@@ -16,7 +15,7 @@ from asbuilt_bim.camera.rig import OTHER_PROGRAMS, PARAMETERS, RigWidth, StereoR
 from asbuilt_bim.errors import RigError
 from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.storage.atomic_write import replace_bytes, writing
-from asbuilt_bim.storage.schemas import schema
+from asbuilt_bim.storage.schemas import all_faults
 
 FORMAT, VERSION = "asbuilt-bim/rig", 1
 _HEADER = "# yaml-language-server: $schema=https://asbuilt-bim.org/schemas/rig-1.json\n"
@@ -51,7 +50,7 @@ def own_rig(content: object, where: str) -> StereoRig:
     Raises: RigError with every bad key.
     """
     problems = list(itertools.islice(_no_numbers(content), 5))
-    problems += [] if problems else [_problem(e) for e in Draft202012Validator(schema("rig-1")).iter_errors(content)]
+    problems += [] if problems else all_faults("rig-1", content)
     if isinstance(content, dict) and not problems:
         problems = [text for side in ("left", "right") if (text := _lens_problem(side, content[side]))]
         problems += _covariance_size(content)
@@ -184,12 +183,6 @@ def _without_direction(camera: Intrinsics) -> float:
     across, down = np.linspace(-0.5, camera.width_px - 0.5, 33), np.linspace(-0.5, camera.height_px - 0.5, 33)
     rays = camera.rays(np.stack(np.meshgrid(across, down), axis=-1))
     return float(np.isnan(rays[..., 0]).mean())
-
-
-def _problem(error: Any) -> str:
-    where = ".".join(str(part) for part in error.absolute_path) or "the file"
-    text = str(error.message)
-    return f"{where}: {text if len(text) <= 160 else f'{text[:70]} ... {text[-80:]}'}"  # the reason is at the end
 
 
 def _plain(rig: StereoRig) -> dict[str, Any]:

@@ -1,6 +1,5 @@
 """`result.json`: the one file that every other output is made from."""
 
-import hashlib
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import date
@@ -13,7 +12,7 @@ from asbuilt_bim.report.result.convert import report_from_document, report_to_do
 from asbuilt_bim.report.result.lines import to_lines
 from asbuilt_bim.storage.atomic_write import writing
 from asbuilt_bim.storage.regular_file import open_regular, path_of
-from asbuilt_bim.storage.schemas import first_faults
+from asbuilt_bim.storage.schemas import first_fault
 from asbuilt_bim.storage.strict_json import parse_json
 
 FORMAT = "asbuilt-bim/result"
@@ -22,8 +21,6 @@ MINOR = 16  # raised when keys are added
 MAX_BYTES = 500_000_000  # some thousand stations; a larger file is no result, or would fill the memory
 VISITS, CARRIED = "visits", "history"
 """Folders of a run: a result for each visit that it measured, and for each that it took over from an earlier run."""
-_FIT: set[bytes] = set()
-"""Digests of what this process held against the schema and wrote: a run reads its own results back, byte for byte."""
 REMEDY = "run the visit again, or take the file of another run folder"
 
 
@@ -34,13 +31,9 @@ def write_result(report: ProgressReport, path: Path) -> None:
         ResultError: the report itself is not right (a number that isn't finite, a key the schema doesn't know).
         OutputError: the file can't be written.
     """
-    document = _plain(report)
-    data = "".join(to_lines(document)).encode("utf-8", "backslashreplace")  # a lone surrogate becomes JSON's own escape
-    if (digest := hashlib.sha256(data).digest()) not in _FIT:
-        _check(document)
+    lines = "".join(to_lines(result_document(report)))
     with writing(path):
-        path.write_bytes(data)
-    _FIT.add(digest)
+        path.write_bytes(lines.encode("utf-8", "backslashreplace"))  # a lone surrogate becomes JSON's own escape
 
 
 def result_document(report: ProgressReport) -> dict[str, Any]:
@@ -49,20 +42,11 @@ def result_document(report: ProgressReport) -> dict[str, Any]:
     Raises:
         ResultError: a number isn't finite, or the report doesn't fit the schema; this is an error of the program.
     """
-    document = _plain(report)
-    _check(document)
+    document = {"format": FORMAT, "version": VERSION, "minor": MINOR, **report_to_document(report)}
+    faults = (f"{where}: {value} is not a finite number" for where, value in _not_finite(document))
+    if fault := next(faults, "") or first_fault("result-1", document):
+        raise ResultError(f"the result is not fit to be written: {fault}")
     return document
-
-
-def _plain(report: ProgressReport) -> dict[str, Any]:
-    return {"format": FORMAT, "version": VERSION, "minor": MINOR, **report_to_document(report)}
-
-
-def _check(document: dict[str, Any]) -> None:
-    faults = [f"{where}: {value} is not a finite number" for where, value in _not_finite(document)]
-    faults = faults or first_faults("result-1", document)
-    if faults:
-        raise ResultError("the result is not fit to be written: " + "; ".join(faults[:5]))
 
 
 def read_result(path: Path | str) -> ProgressReport:
@@ -72,12 +56,11 @@ def read_result(path: Path | str) -> ProgressReport:
         ResultError: missing, too large, no JSON, another format or a newer version, or damaged; says where.
     """
     path = path_of(path, "path")
-    document, digest = loaded(path)
+    document = loaded(path)
     minor = check_head(document, path)
     _without_memory(document)
-    faults = [] if digest in _FIT else first_faults("result-1", document, newer=minor > MINOR)
-    if faults:
-        raise ResultError(f"{path}: damaged: {'; '.join(faults)}; {REMEDY}")
+    if fault := first_fault("result-1", document, newer=minor > MINOR):
+        raise ResultError(f"{path}: damaged: {fault}; {REMEDY}")
     values = {key: value for key, value in document.items() if key not in ("format", "version", "minor")}
     try:
         return report_from_document(values)
@@ -145,8 +128,8 @@ def read_before(folder: Path, day: date) -> tuple[ProgressReport, ...]:
     return tuple(sorted(before, key=lambda report: report.visit_date))
 
 
-def loaded(path: Path) -> tuple[Any, bytes]:
-    """Read the bytes of a whole result within bounds and parse them strictly; returns their digest, too.
+def loaded(path: Path) -> Any:
+    """Read the bytes of a whole result within bounds and parse them strictly.
 
     Raises:
         ResultError: it can't be read, or is no JSON.
@@ -157,8 +140,7 @@ def loaded(path: Path) -> tuple[Any, bytes]:
             sizes = f"{size / 1e6:.0f} MB exceeds {MAX_BYTES / 1e6:.0f} MB"
             raise ResultError(f"{path}: {sizes}; not a result of this program")
         with open_regular(path) as file:
-            data = file.read()
-        return parse_json(data.decode("utf-8")), hashlib.sha256(data).digest()
+            return parse_json(file.read().decode("utf-8"))
     except OSError as error:
         raise ResultError(f"{path}: can't be read: {error.strerror or error}; {REMEDY}") from error
     except RecursionError as error:

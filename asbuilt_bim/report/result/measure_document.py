@@ -13,7 +13,7 @@ from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.pair import PairMeasurement, dominating, seen
 from asbuilt_bim.report.result.arrays_json import METRE_DECIMALS, PIXEL_DECIMALS
 from asbuilt_bim.report.result.rejections import rejection_to_plain
-from asbuilt_bim.storage.schemas import first_faults
+from asbuilt_bim.storage.schemas import first_fault
 from asbuilt_bim.version import __version__
 from asbuilt_bim.vision.target.find import TargetSighting
 
@@ -46,9 +46,8 @@ def measure_document(found: PairMeasurement, when: datetime, files: tuple[str, .
         "seconds": {step: round(seconds, 4) for step, seconds in measurement.seconds.items()},
         "files": list(files),
     }
-    faults = first_faults("measure-1", document)
-    if faults:
-        raise ResultError("the measurement is not fit to be written: " + "; ".join(faults))
+    if fault := first_fault("measure-1", document):
+        raise ResultError(f"the measurement is not fit to be written: {fault}")
     return document
 
 

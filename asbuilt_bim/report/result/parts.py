@@ -82,7 +82,7 @@ def _structured(path: Path, wanted: dict[str, Wanted], until: Collection[str], k
         raise ResultError(f"{path}: can't be read: {error.strerror or error}; {REMEDY}") from error
     except (ValueError, RecursionError) as error:
         raise ResultError(f"{path}: damaged: {error}; {REMEDY}") from error
-    document: Any = loaded(path)[0] if found is None else found
+    document: Any = loaded(path) if found is None else found
     check_head(document, path)
     try:
         return part_from_plain({key: value for key, value in document.items() if key not in _HEAD}, kind)

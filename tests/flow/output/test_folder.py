@@ -12,7 +12,7 @@ import pytest
 
 from asbuilt_bim.errors import OutputError
 from asbuilt_bim.flow.output.folder import OutputFolder, Published, open_output, read_current
-from asbuilt_bim.storage.schemas import first_faults
+from asbuilt_bim.storage.schemas import first_fault
 
 NOON = datetime(2026, 3, 2, 12, 0, tzinfo=UTC)
 DIGEST = "0123456789abcdef"
@@ -47,7 +47,7 @@ def test_a_run_is_written_whole_made_current_and_copied(tmp_path: Path) -> None:
     assert current is not None
     assert current.folder == published.folder == tmp_path / "out/runs/20260302T120000Z-01234567"
     assert current.ifc == ("../design.ifc",)
-    assert first_faults("current-1", json.loads((tmp_path / "out/current.json").read_text())) == []
+    assert first_fault("current-1", json.loads((tmp_path / "out/current.json").read_text())) == ""
     assert (tmp_path / "out/report.html").read_text() == "page one"
     assert (tmp_path / "out/overlays/A1.jpg").is_file()
     assert not (tmp_path / "out/rig.yaml").exists()

@@ -9,7 +9,7 @@ import yaml
 
 from asbuilt_bim.report.fill.mapping import FillMap, read_map
 from asbuilt_bim.report.fill.quantities import OF_BILL_LINES, OF_COST_LINES, OF_ELEMENTS, OF_GROUPS
-from asbuilt_bim.storage.schemas import first_faults, schema
+from asbuilt_bim.storage.schemas import first_fault, schema
 
 PAGE = Path(__file__).parents[3] / "docs" / "fill.md"
 
@@ -36,7 +36,7 @@ def test_the_pages_map_is_one(tmp_path: Path) -> None:
     (tmp_path / "map.yaml").write_text(example(), encoding="utf-8")
     found = read_map(tmp_path / "map.yaml")
     assert isinstance(found, FillMap) and len(found.tables) == 2
-    assert first_faults("map-1", yaml.safe_load(example())) == []
+    assert first_fault("map-1", yaml.safe_load(example())) == ""
 
 
 @pytest.mark.parametrize(
@@ -54,7 +54,7 @@ def test_the_pages_map_is_one(tmp_path: Path) -> None:
 def test_schema_and_reader_refuse_the_same_maps(tmp_path: Path, damage: Any) -> None:
     document = yaml.safe_load(example())
     damage(document)
-    assert first_faults("map-1", document)
+    assert first_fault("map-1", document)
     (tmp_path / "map.yaml").write_text(yaml.safe_dump(document), encoding="utf-8")
     with pytest.raises(Exception, match=r"map\.yaml"):
         read_map(tmp_path / "map.yaml")

@@ -8,7 +8,6 @@ import pytest
 from asbuilt_bim.errors import OutputError, ResultError
 from asbuilt_bim.progress.report import ProgressReport
 from asbuilt_bim.progress.surface import knows_anything
-from asbuilt_bim.report.result import document as document_module
 from asbuilt_bim.report.result.document import MINOR, read_result, result_document, write_result
 from asbuilt_bim.report.result.schema import result_schema
 from asbuilt_bim.storage.schemas import schema
@@ -106,14 +105,17 @@ def test_rounding_noise_above_one_is_written_as_one():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda d: d.pop("elements"), "'elements' is a required property"),
+        (lambda d: d.pop("elements"), '"elements" is a required property'),
         (lambda d: d["elements"][3].pop("state"), r"elements\[3\]"),
         (lambda d: d["elements"][2].update(state="nearly"), r"elements\[2\]\.state"),
         (lambda d: d["elements"][2].update(stat="part"), "'stat' was unexpected"),
         (lambda d: d["elements"][2]["completion"].update(best=1.5), r"elements\[2\]\.completion\.best"),
         (lambda d: d.update(visit_date="16.3.2026"), "visit_date"),
         (lambda d: d.update(visit_date=20260316), "visit_date"),
-        (lambda d: d["stations"][0].update(world_from_left=[[1, 0], [0, 1]]), "4 x 4 numbers"),
+        (
+            lambda d: d["stations"][0].update(world_from_left=[[1, 0], [0, 1]]),
+            "world_from_left: .* is not valid",
+        ),
         (lambda d: d["stations"][0].update(world_from_left=[[1, 2], [3]]), "world_from_left"),
         (lambda d: d["stations"][0]["faces"][0].update(outline_px=[["a", "b"]]), "outline_px"),
         (lambda d: d["faces"][0]["surface"].update(open_uv_m=7), r"faces\[0\]\.surface\.open_uv_m"),
@@ -182,36 +184,16 @@ def test_a_file_beyond_the_bound_is_refused_unread(path, monkeypatch):
         read_result(path)
 
 
-@pytest.fixture
-def passes(monkeypatch):
-    """A list that grows with each pass of the schema over a whole document."""
-    asked = []
-    before = document_module.first_faults
-    monkeypatch.setattr(document_module, "_FIT", set())
-    monkeypatch.setattr(document_module, "first_faults", lambda *a, **k: asked.append(a[0]) or before(*a, **k))
-    return asked
-
-
-def test_what_a_run_wrote_is_held_against_the_schema_once(passes, tmp_path):
-    for name in ("visit.json", "result.json"):
-        write_result(sample_report(), tmp_path / name)
-        read_result(tmp_path / name)
-    assert passes == ["result-1"]
-
-
-def test_what_was_changed_after_it_was_written_is_held_against_the_schema_again(passes, tmp_path):
+def test_what_was_changed_after_it_was_written_is_held_against_the_schema_again(tmp_path):
     write_result(sample_report(), tmp_path / "r.json")
     damage(tmp_path / "r.json", lambda d: d["elements"][2].update(state="nearly"))
     with pytest.raises(ResultError, match=r"elements\[2\]\.state"):
         read_result(tmp_path / "r.json")
-    assert len(passes) == 2
 
 
-def test_what_is_not_fit_is_refused_each_time_it_is_written(passes, tmp_path):
+def test_what_is_not_fit_is_refused_and_not_written(tmp_path):
     report = sample_report()
     completion = replace(report.whole.completion, upper=1.2)
-    for _ in range(2):
-        with pytest.raises(ResultError, match=r"whole\.completion\.upper"):
-            write_result(replace(report, whole=replace(report.whole, completion=completion)), tmp_path / "r.json")
-    assert len(passes) == 2
+    with pytest.raises(ResultError, match=r"whole\.completion\.upper"):
+        write_result(replace(report, whole=replace(report.whole, completion=completion)), tmp_path / "r.json")
     assert not (tmp_path / "r.json").exists()

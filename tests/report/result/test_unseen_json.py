@@ -22,7 +22,7 @@ from asbuilt_bim.progress.revision import design_changes
 from asbuilt_bim.project.options import Options
 from asbuilt_bim.report.result.convert import report_to_plain
 from asbuilt_bim.report.result.document import read_result, write_result
-from asbuilt_bim.storage.schemas import first_faults
+from asbuilt_bim.storage.schemas import first_fault
 from tests.ifc.models import ModelBuilder
 from tests.report.sample_report import sample_report
 
@@ -57,7 +57,7 @@ def test_unseen_faces_are_written_without_a_state_and_read_back(
     document = written(reports[visit], tmp_path)
     assert (document["faces"], document["unobserved"], len(document["unseen"])) == ([], [], 4)
     assert [set(face) for face in document["unseen"][0]["faces"]] == [SHORT, SHORT_AND_CUT, SHORT, SHORT]
-    assert first_faults("result-1", document) == []
+    assert first_fault("result-1", document) == ""
     again = read_result(tmp_path / "result.json")
     before, after = report_to_plain(reports[visit]), report_to_plain(again)
     assert {key for key in before if before[key] != after[key]} <= {"faces"}  # to the last digit but for their frames
