@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import TypeGuard
 
@@ -98,15 +99,26 @@ def makes_a_note(node: ast.AST) -> TypeGuard[ast.Call]:
     return isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "noted"
 
 
+@cache
+def giving() -> dict[Path, str]:
+    """Return the texts of the modules that may give a code, by path."""
+    paths = (path for path in PACKAGE.rglob("*.py") if "wording" not in path.parts and path.name != "codes.py")
+    return {path: path.read_text(encoding="utf-8") for path in paths}
+
+
+@cache
+def keys_in(path: Path) -> set[str]:
+    """Return the keys of a module's dictionaries and of the notes that it makes."""
+    tree = list(ast.walk(ast.parse(giving()[path])))
+    given = {str(key.value) for one in tree if isinstance(one, ast.Dict) for key in one.keys if is_name(key)}
+    return given | {key.arg for one in tree if makes_a_note(one) for key in one.keywords if key.arg}
+
+
 @pytest.mark.parametrize("code", OF_NOTES)
 def test_every_value_in_a_sentence_is_given_by_the_files_that_give_its_code(code: Reason) -> None:
-    given: set[str] = set()
-    for path in PACKAGE.rglob("*.py"):
-        text = path.read_text(encoding="utf-8")
-        if "wording" not in path.parts and path.name != "codes.py" and re.search(rf"\bReason\.{code.name}\b", text):
-            tree = list(ast.walk(ast.parse(text)))
-            given |= {key.value for one in tree if isinstance(one, ast.Dict) for key in one.keys if is_name(key)}
-            given |= {key.arg for one in tree if makes_a_note(one) for key in one.keywords if key.arg}
+    given = {
+        key for path in giving() if re.search(rf"\bReason\.{code.name}\b", giving()[path]) for key in keys_in(path)
+    }
     assert places(code) - {"ifc_dates"} <= given  # the link to the IFC's task says whose dates stand
 
 

@@ -24,6 +24,7 @@ TEXTS = {"reason", "remedy", "what", "part", "value", "limit"}
 LOOKS = {"startswith", "endswith", "removeprefix", "removesuffix", "partition", "rpartition", "split", "find", "count"}
 
 
+@cache
 def modules() -> list[Path]:
     return sorted(path for path in PACKAGE.rglob("*.py") if WORDING not in path.parents)
 
