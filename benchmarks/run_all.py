@@ -39,7 +39,7 @@ class Case:
     data: str = ""  # what it needs of the data folder
     room: str = ""  # what it needs of the project
     packages: tuple[str, ...] = ()
-    long: bool = False  # its smallest case takes over a minute of a processor
+    long: bool = False  # its smallest case takes over half a minute of a processor, and others run the same code
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,14 +91,14 @@ CASES = (
     Case(script="faces/fit_sides.py", slow="", packages=RENDERER, long=True),
     Case(script="faces/fit_ends.py", slow="", packages=RENDERER, long=True),
     Case(script="site/fit_evidence.py", slow="", packages=RENDERER, long=True),
-    Case(script="faces/faces.py --networks", packages=RENDERER),  # long after the one whose pair it takes
+    Case(script="faces/faces.py --networks", packages=RENDERER, long=True),
     Case(script="networks/odds.py", slow="", packages=RENDERER, long=True),
     Case(script="ifc/files.py", quick="--quick --check", slow="--check --workers 2", data="ifc", long=True),
     Case(script="ifc/read.py", quick="--quick --check", data="ifc"),
-    Case(script="ifc/speed.py", data="ifc/large"),
+    Case(script="ifc/speed.py", data="ifc/large", long=True),
     Case(script="ifc/tools.py", quick="--check", packages=TOOLS),
     Case(script="ifc/schedule.py", quick="--check", packages=("ifc4d",)),
-    Case(script="real/photos.py", slow="", data="photos"),
+    Case(script="real/photos.py", slow="", data="photos", long=True),
     Case(script="real/rigs.py", slow="", data="rigs"),
     Case(script="real/depth.py", quick="--check", slow="", data="stereo"),
     Case(script="real/planes.py", slow="", data="stereo"),

@@ -2,7 +2,7 @@
 
 python benchmarks/real/repeats.py --check --json figures.json     what was developed on, five minutes
 python benchmarks/real/repeats.py --scenes report --check         what is kept for the report: run once
-python benchmarks/real/repeats.py --quick                         four frames of one rig
+python benchmarks/real/repeats.py --quick                         three frames of one rig
 
 Two kinds. A fixed polygon of the picture scatters by its plane's noise alone. The program's own faces, found again by
 how they overlap, scatter by their outlines, too, and by which pixels were taken for one face. A rig that is off is off
@@ -44,7 +44,7 @@ SAME_FACE = 0.5
 """Of what two outlines cover together: the share that both cover, to be one face."""
 SEEN_AGAIN = 0.6
 """Of the frames: a face found in fewer is no repeat."""
-QUICK_FRAMES = 4
+QUICK_FRAMES = 3
 
 
 Masked = tuple[BoolArray, MeasuredFace]
