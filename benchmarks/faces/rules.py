@@ -23,9 +23,12 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the root of the project
 
-from asbuilt_bim.measure import station_faces
-from asbuilt_bim.measure.outline import straight
+from asbuilt_bim.geometry import grow
+from asbuilt_bim.measure import finish, station_faces
+from asbuilt_bim.measure.outline import contour, edges, face_cost, fit, steps, straight
 from asbuilt_bim.measure.planes import face_hypotheses
+from asbuilt_bim.measure.round import circle
+from asbuilt_bim.vision.scene import geometric, sky
 from asbuilt_bim.vision.scene import read as scene_read
 from asbuilt_bim.vision.stereo.depth import DepthMap
 from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map
@@ -53,8 +56,12 @@ def _first(one: Any, *_: Any) -> Any:
     return one
 
 
-def _all(values: Any, *_: Any) -> Any:
-    return np.ones(len(values), dtype=bool)
+def _last(*given: Any) -> Any:
+    return given[-1]
+
+
+def _no_covariance(*_: Any) -> Any:
+    return np.zeros((3, 3))
 
 
 def _none(*_: Any) -> list[Any]:
@@ -63,6 +70,11 @@ def _none(*_: Any) -> list[Any]:
 
 def _never(*_: Any) -> bool:
     return False
+
+
+def _nowhere(given: Any, *_: Any) -> Any:
+    """Return that no pixel is meant."""
+    return np.zeros(np.shape(given)[-2:], dtype=bool)
 
 
 RULES = (
@@ -77,7 +89,27 @@ RULES = (
     Rule(name="cut seams", module=scene_read, attribute="_cut_seams", instead=lambda *_: None, reads=True),
     Rule(name="flat if flatter", module=scene_read, attribute="flat_if_flatter", instead=_first, reads=True),
     Rule(name="bars", module=twins, attribute="without_bars", instead=_first, reads=True),
-)
+    Rule(name="down to the mask's foot", module=face_hypotheses, attribute="_down_to", instead=_first),
+    Rule(name="refined inside the outline", module=station_faces, attribute="refine_inside", instead=_last),
+    Rule(name="what depth contradicts", module=station_faces, attribute="contradiction", instead=_no_covariance),
+    Rule(name="halves of a face", module=face_hypotheses, attribute="as_halves_agree", instead=_first),
+    Rule(name="rows and columns bridged", module=steps, attribute="_bridged", instead=_first),
+    Rule(name="explained by straight sides", module=straight, attribute="_explains", instead=lambda *_: True),
+    Rule(name="unknown speaks for open", module=straight, attribute="_unknown_speaks_for_open", instead=lambda *_: 0.0),
+    Rule(name="strange colours", module=face_cost, attribute="_strangeness", instead=_nowhere),
+    Rule(name="gaps seen through", module=fit, attribute="_seen_through", instead=lambda *_: True),
+    Rule(name="sides where planes cross", module=fit, attribute="_crossing", instead=lambda *_: None),
+    Rule(name="sides merged", module=contour, attribute="_merged", instead=_first),
+    Rule(name="ambiguous edges", module=edges, attribute="_ambiguity_px", instead=lambda *_: 0.0),
+    Rule(name="sides open", module=finish, attribute="_side_sigma_px", instead=lambda edge, _: edge.sigma_px),
+    Rule(name="silhouettes", module=circle, attribute="_touching", instead=lambda *_: None),
+    Rule(name="lateral ends", module=circle, attribute="_lateral_ends", instead=lambda *_: [None, None]),
+    Rule(name="concrete's colour", module=geometric, attribute="_concrete_score", instead=lambda *_: 1.0),
+    Rule(name="crumbs", module=scene_read, attribute="_without_crumbs", instead=_first, reads=True),
+    Rule(name="pieces joined", module=grow, attribute="_joined", instead=_first, reads=True),
+    Rule(name="sky of its colour", module=sky, attribute="_of_its_colour", instead=_nowhere, reads=True),
+    Rule(name="sky between bars", module=sky, attribute="_of_the_colour_beside", instead=_nowhere, reads=True),
+)  # fmt: skip
 NO_RULE = "all rules"
 
 
@@ -119,9 +151,12 @@ def told_of(rows: list[Row]) -> str:
     over = sum(r["area_m2"] - r["seen_m2"] > SIGMAS * r["sigma_m2"] for r in parts)
     held = np.mean([min(r["held_m2"] / max(r["seen_m2"], 1e-9), 1.0) for r in parts] or [0.0])
     none = sum(r["body"] < 0 and r["share"] < 0.5 for r in rows)
+    pulls = [abs(r["area_m2"] - r["true_m2"]) / r["sigma_m2"] for r in bodies if holds_all(r)]
+    within = " and ".join(f"{np.mean([pull < most for pull in pulls] or [0.0]):.0%}" for most in (1.0, 2.0))
     return (
         f"{len(bodies)} faces, {len(called)} whole, {false} falsely; off {np.median(errors):.2%}, "
-        f"{np.percentile(errors, 95):.2%}; parts hold {held:.1%}, {over} over; {none} of no concrete"
+        f"{np.percentile(errors, 95):.2%}; whole within 1, 2 sigma {within}; parts hold {held:.1%}, {over} over; "
+        f"{none} of no concrete"
     )
 
 
