@@ -74,11 +74,16 @@ def possible_share(element: ElementProgress, complete_from: float, *, pieces: bo
 
 
 def possible_of(line: BillLine, complete_from: float) -> float:
-    """Return what may be earned of a line at most by photos alone, in cents; what isn't measured may all stand."""
+    """Return what may be earned of a line at most by photos alone, to the cent."""
+    return cents(possible_quantity(line, complete_from) * line.rate)
+
+
+def possible_quantity(line: BillLine, complete_from: float) -> float:
+    """Return how much of a line, in its unit, may stand at most by photos alone; what isn't measured may all stand."""
     off, pieces = line.line.takes_off, line.line.measure == "count"
     shares = (
         possible_share(row.element, complete_from, pieces=pieces, takes_off=off) if row.element else float(not off)
         for row in line.rows
     )
     most = math.fsum(row.quantity * share for row, share in zip(line.rows, shares, strict=True))
-    return cents(certified_quantity(most, line.line.planned_quantity, pieces=pieces) * line.rate)
+    return certified_quantity(most, line.line.planned_quantity, pieces=pieces)

@@ -87,9 +87,9 @@ def share_bounds(lower: float, upper: float) -> tuple[str, str]:
 
 
 def rate(value: float) -> str:
-    """Write the price of one unit: two decimals, or as many as a small one needs for four digits."""
+    """Write the price of one unit: two decimals, or as many as it has, so that amounts can be checked by it."""
     decimals = 2
-    while decimals < _MOST_DECIMALS and abs(value - round(value, decimals)) > 1e-4 * abs(value):
+    while decimals < _MOST_DECIMALS and abs(value - round(value, decimals)) > 1e-7 * abs(value):
         decimals += 1
     return number(value, decimals)
 

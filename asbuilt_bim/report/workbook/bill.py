@@ -7,7 +7,7 @@ from xlsxwriter.worksheet import Worksheet
 
 from asbuilt_bim.progress.money import quantity_decimals, total
 from asbuilt_bim.progress.valuation.bill import Bill, BillLine
-from asbuilt_bim.report.cost_rows import NO_CURRENCY, possible_of
+from asbuilt_bim.report.cost_rows import NO_CURRENCY, possible_of, possible_quantity
 from asbuilt_bim.report.wording.of_workbook.columns import Column
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import BILL as COLUMNS
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import COST_PARTS
@@ -90,7 +90,10 @@ def _line(sheet: Worksheet, row: int, bill: Bill, line: BillLine, parts_rows: in
         "Best amount": best,
         "Check": Formula(_falls(c, line), "falls" if line.falls else ""),
         "Best quantity": line.best,
-        "Possible amount": possible_of(line, bill.complete_from),
+        "Possible amount": Formula(
+            f"=ROUND({possible_quantity(line, bill.complete_from)!r}*{c['Rate']},2)",
+            possible_of(line, bill.complete_from),
+        ),
         "Rate: why, by whom": line.rate_change.why if line.rate_change else "",
         "Contract rate": given.rate,
         "Sum of elements": Formula(_sum_of_elements(c, parts_rows), sum(one.certified for one in line.rows)),

@@ -143,13 +143,18 @@ def titled(sheet: Worksheet, title: str, what: str, styles: Styles) -> None:
     write_cell(sheet, 1, 0, what, "text", styles, "plain")
 
 
-def write_paragraph(sheet: Worksheet, row: int, last_column: int, text: str, width: float, styles: Styles) -> None:
-    """Write a sentence over several columns, in a row that is high enough for it; `width` in characters."""
-    shown = plain(text)[:MAX_TEXT]
+def write_paragraph(
+    sheet: Worksheet, row: int, last_column: int, text: str | Formula, width: float, styles: Styles
+) -> None:
+    """Write a sentence over several columns, in a row that is high enough for it; `width` in characters.
+
+    A formula says something later: two lines are kept for it.
+    """
+    shown = text if isinstance(text, Formula) else plain(text)[:MAX_TEXT]
     if last_column:
         sheet.merge_range(row, 0, row, last_column, "", styles.get("wrap", "plain"))
     write_cell(sheet, row, 0, shown, "wrap", styles, "plain")
-    sheet.set_row(row, row_height(shown, width))
+    sheet.set_row(row, row_height("\n" if isinstance(shown, Formula) else shown, width))
 
 
 def row_height(text: str, width: float) -> float:

@@ -18,7 +18,12 @@ from asbuilt_bim.report.wording.of_page.alike import doubts_alike
 from asbuilt_bim.report.wording.of_page.fault_words import NOT_CLEAR, WRONG_BEFORE, before_words
 from asbuilt_bim.report.wording.of_page.money_words import FIRST, NOT_SET, rests_words
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import BILL as BILL_COLUMNS
-from asbuilt_bim.report.wording.of_workbook.valuation_columns import SIGNING_RULES, in_doubt_words, persons_words
+from asbuilt_bim.report.wording.of_workbook.valuation_columns import (
+    CHANGED_SINCE,
+    SIGNING_RULES,
+    in_doubt_words,
+    persons_words,
+)
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import VARIATIONS as VARIATION_COLUMNS
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.values import UNKNOWN, plain
@@ -100,7 +105,8 @@ def write_valuation(
     persons = persons_words(
         [one for one in rests if one], len(inputs.overrides), len(inputs.rates), len(inputs.variations)
     )
-    row = _paragraphs(sheet, row + 1, "Before you sign", [*_in_doubt(made, report, earlier), *persons, *notes], styles)
+    said: list[str | Formula] = [*map(_changed_since, made), *_in_doubt(made, report, earlier), *persons, *notes]
+    row = _paragraphs(sheet, row + 1, "Before you sign", said, styles)
     row = _paragraphs(sheet, row + 1, "How it is worked out", SIGNING_RULES, styles)
     write_cell(sheet, row + 1, 0, "Format of this workbook", "text", styles, "unknown")
     write_cell(sheet, row + 1, 1, FORMAT, "left", styles, "unknown")
@@ -230,7 +236,14 @@ def _signatures(book: Workbook, sheet: Worksheet, row: int, styles: Styles) -> i
     return row + 1
 
 
-def _paragraphs(sheet: Worksheet, row: int, heading: str, texts: Sequence[str], styles: Styles) -> int:
+def _changed_since(bill: Bill) -> Formula:
+    """Say so where what is certified of a bill is no longer what it was when the workbook was made."""
+    was = {sum_name(what, "cumulative", bill.number): _value(bill.cumulative, what) for what in ("work", "variations")}
+    differs = ",".join(f"ROUND({name}-({value!r}),2)<>0" for name, value in was.items())
+    return Formula(f'=IF(OR({differs}),"{CHANGED_SINCE.format(number=bill.number)}","")', "")
+
+
+def _paragraphs(sheet: Worksheet, row: int, heading: str, texts: Sequence[str | Formula], styles: Styles) -> int:
     write_cell(sheet, row, 0, heading, "text", styles, "heading")
     for text in texts:
         row += 1

@@ -21,6 +21,7 @@ from asbuilt_bim.report.page.write import page_html
 from asbuilt_bim.report.tables import still_in_doubt
 from asbuilt_bim.report.wording.of_page.alike import doubts_alike
 from asbuilt_bim.report.wording.values import number
+from asbuilt_bim.report.workbook.layout import sum_name
 from asbuilt_bim.report.workbook.write import workbook_bytes
 from tests.report.sample_report import global_id, sample_report
 
@@ -324,6 +325,26 @@ def test_the_bill_says_what_may_be_earned_at_most() -> None:
         most = possible_of(line, whole_from)
         assert row["Possible amount"] == most and line.amount <= most <= line.contract
     assert any(line.amount < possible_of(line, whole_from) < line.contract for line, whole_from in every)
+
+
+def test_what_may_be_earned_follows_a_rate_that_is_overwritten() -> None:
+    made = book(valued())
+    for row in rows(made, "Bill")[: len(valued().cost_lines)]:
+        assert re.fullmatch(r"=ROUND\(-?[\d.e+-]+\*F\d+,2\)", str(row["Possible amount"]))
+    assert made["Bill"]["F4"].value == "Rate"
+
+
+def test_where_one_signs_it_is_said_as_soon_as_a_sum_is_another_than_when_the_workbook_was_made() -> None:
+    report = valued()
+    sheet, values = book(report)["Valuation"], book(report, values=True)["Valuation"]
+    said = [cell for row in sheet.iter_rows() for cell in row if "somebody changed" in str(cell.value)]
+    assert len(said) == len(bills(report))
+    for bill, cell in zip(bills(report), said, strict=True):
+        work = f"ROUND({sum_name('work', 'cumulative', bill.number)}-({bill.cumulative.work!r}),2)<>0"
+        assert work in str(cell.value) and f"Bill {bill.number}: " in str(cell.value)
+        assert not values[cell.coordinate].value
+        (text,) = re.findall(r'"(Bill [^"]*)"', str(cell.value))
+        assert len(text) <= 255  # longer ones no spreadsheet takes in a formula
 
 
 def test_a_piece_may_be_whole_from_the_share_that_the_project_says() -> None:

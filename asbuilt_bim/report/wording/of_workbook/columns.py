@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 _BEST = (
-    "Built / (built + open) of what was seen, of several elements their mean (not seen now: as when last seen); "
+    "The height that what was seen makes likeliest, of several elements their mean (not seen now: as when last seen); "
     "unknown where less than half was seen."
 )
 _LOWER = "What is certain: what nobody saw counts as not built, unless seen concrete stands on it."

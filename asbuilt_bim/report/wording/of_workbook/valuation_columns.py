@@ -177,12 +177,19 @@ WHY_NOTHING = {
 SIGNING_RULES = (
     "Certified is what photos make certain, or what a person put in its place.",
     "One side is enough: where a photo shows it built, the part behind it counts with all its sides, formwork too.",
-    "What no photo shows from any side counts for nothing.",
+    "What no photo shows from any side counts for nothing, unless concrete that was seen stands on it.",
     "Best is the best estimate by photos alone, of lines seen to at least half. Nothing is paid by it.",
     ROUNDED,
     "Retention is worked out on what is certified in all, tax on what this valuation adds.",
     "Sign by writing name and date beside Certified by. The next workbook then begins after this valuation.",
 )
+
+
+CHANGED_SINCE = (
+    "Bill {number}: somebody changed this workbook since it was made. The sums above hold that; what stands below of "
+    "photos and persons doesn't. The next workbook says it anew."
+)
+"""Stands where one signs as soon as a sum is another than it was."""
 
 
 def in_doubt_words(one: Alike) -> str:
@@ -195,7 +202,7 @@ def persons_words(rests: Sequence[str], overrides: int, rates: int, variations: 
     """Say how much of a valuation persons set: `rests` says it of each bill where they did."""
     counts = (("percentage", overrides), ("rate", rates), ("variation", variations))
     told = ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in counts if count)
-    said = [f"Of what is certified, {one}." for one in rests]
+    said = [f"When this workbook was made: of what is certified, {one}." for one in rests]
     if told:
-        said.append(f"Set by persons, in yellow on their sheets: {told}.")
-    return said or ["No person changed anything: the amounts follow from photos and costs."]
+        said.append(f"Set by persons before that, in yellow on their sheets: {told}.")
+    return said or ["When this workbook was made no person had changed anything: amounts follow from photos and costs."]
