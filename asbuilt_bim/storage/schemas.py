@@ -49,16 +49,19 @@ def first_fault(name: str, document: Any, *, newer: bool = False) -> str:
     """Return a document's first fault as `place: what is wrong`, "" without one; `newer` lets unknown keys pass."""
     validator = _validator(name, newer)
     try:
+        return _fault(validator, document)
+    except ValueError:  # it holds what JSON doesn't; to look for that first would take longer
         try:
-            validator.validate(document)
-        except ValidationError:
-            raise
-        except ValueError:
-            validator.validate(_as_json(document))
+            return _fault(validator, _as_json(document))
+        except ValueError as error:
+            return f"the whole document: {error}"
+
+
+def _fault(validator: Draft202012Validator, document: Any) -> str:
+    try:
+        validator.validate(document)
     except ValidationError as error:
         return _told(error)
-    except ValueError as error:
-        return f"the whole document: {error}"
     return ""
 
 
