@@ -36,6 +36,7 @@ def environment() -> Environment:
         "percent_certain": wording.percent_certain,
         "number": wording.number,
         "rate": wording.rate,
+        "quantity": wording.quantity,
         "area": wording.area,
         "metres": wording.length,
         "millimetres": wording.millimetres,

@@ -94,6 +94,11 @@ def rate(value: float) -> str:
     return number(value, decimals)
 
 
+def quantity(value: float, measure: str) -> str:
+    """Write a cost line's quantity with all its digits, so that amounts can be checked by it; pieces as whole ones."""
+    return number(value, 0) if measure == "count" and value == round(value) else rate(value)
+
+
 def area(area_m2: float | None, sigma_m2: float | None = None) -> str:
     """Write an area as `1.35 ± 0.02 m²`, with a third decimal where sigma is below 5 cm²."""
     if area_m2 is None:
