@@ -207,7 +207,10 @@ def test_what_a_person_saw_after_the_visit_is_told_with_who_and_when_it_counts()
     (note,) = report.notes
     words = note_words(note)
     assert note.code is Reason.OBSERVATION_LATER
-    assert f"count yet: Mia, Wall a on {look[0].day.isoformat()}. It counts from" in words
+    assert (
+        f"count yet: Mia, Wall a on {look[0].day.isoformat()}. It counts from the first visit of that day or later on"
+        in words
+    )
     that_day = made_report({"a": HALF}, [line], look[0].day, counts, look)
     assert Reason.OBSERVATION_LATER not in {one.code for one in that_day.notes}
     assert made_report({"a": HALF}, [line], FIRST, ValuationInputs(), look).notes == (), "it wouldn't count anyway"

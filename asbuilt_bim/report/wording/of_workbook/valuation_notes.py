@@ -190,7 +190,8 @@ VALUATION_NOTES: Mapping[Reason, Template] = {
     Reason.OBSERVATION_SHOWN: "{count:# observation of a person stands|# observations of persons stand} beside the "
     "photos and doesn't count. To let them count, set valuation.observations to count",
     Reason.OBSERVATION_LATER: "persons saw this after the visit of {subject.name}, so it doesn't count yet: "
-    "{elements:list}{more}. It counts from the next visit on; to let it count now, write an override",
+    "{elements:list}{more}. It counts from the first visit of that day or later on. To let it count now, write an "
+    "override",
     Reason.CERTIFIED_FALLS: _falls,
     Reason.CERTIFIED_LINE_GONE: _gone,
     Reason.CERTIFIED_LINE_CHANGED: _changed,
