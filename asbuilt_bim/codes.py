@@ -266,6 +266,7 @@ class Reason(StrEnum):
     CERTIFIED_LINE_GONE = "certified cost line gone"
     OVERRIDE_UNUSED = "override without its element"
     OVERRIDE_UNSIGNED = "override without reason or person"
+    OVERRIDE_NOT_WHOLE = "override of a piece is no whole one"
     OVERRIDE_UNREADABLE = "override is no percentage"
     TERMS_KEPT = "terms of the last workbook kept"
     RETENTION_CHANGED = "retention is another than was signed"

@@ -60,7 +60,7 @@ MARKS: tuple[Mark, ...] = (
     Mark(name="Tolerance", kind="label", meaning="in, out or undecided, by two sigma; it says nothing of built"),
     Mark(name="ToleranceName", kind="label", meaning="the tolerance that the project asks for"),
     Mark(name="Zones", kind="text", meaning="names of the zones that it lies in, with semicolons between"),
-    Mark(name="VisitDate", kind="date", meaning="day of the visit that this is the state of"),
+    Mark(name="VisitDate", kind="date", meaning="day of the visit that this is the state of; absent where none saw it"),
     Mark(name="Stations", kind="text", meaning="stations that decided something of it"),
     Mark(name="ProgramVersion", kind="label", meaning="version of asbuilt_bim that wrote this"),
     Mark(name="Basis", kind="text", meaning="which number went into the schedule or the cost line, and why"),

@@ -54,8 +54,8 @@ def report_on(design: BimModel, best: dict[str, float | None]) -> ProgressReport
             offset_m=0.012 if best.get(element.name) else None,
             offset_sigma_m=0.004 if best.get(element.name) else None,
             tilt_rad=0.01 if best.get(element.name) else None,
-            stations=("A1", "A2"),
-            last_seen=VISIT,
+            stations=("A1", "A2") if best.get(element.name) is not None else (),
+            last_seen=VISIT if best.get(element.name) is not None else None,
             notes=(),
             complete_on=VISIT if state_of(best.get(element.name)) == "complete" else None,
         )

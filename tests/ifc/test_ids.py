@@ -144,6 +144,12 @@ def _rules() -> dict[str, tuple[str, str]]:
     return {key: (name, versions) for key, name, versions in found}
 
 
+def test_a_known_state_without_its_day_fails(written: Path) -> None:
+    file = ifcopenshell.open(str(written))
+    _drop("VisitDate", "part")(file)
+    assert _failed(file) == {"A state that is known says the day of its visit"}
+
+
 def test_what_is_written_passes(written: Path) -> None:
     assert _failed(ifcopenshell.open(str(written))) == set()
 

@@ -43,7 +43,7 @@ def mark_element(
             "Tolerance": progress.tolerance.verdict if progress.tolerance is not None else None,
             "ToleranceName": (report.tolerance.name or None) if report.tolerance is not None else None,
             "Zones": "; ".join(progress.zones) or None,
-            "VisitDate": progress.last_seen or report.visit_date,
+            "VisitDate": progress.last_seen,
             "Stations": ", ".join(progress.stations) or None,
             "ProgramVersion": _version(report),
         },

@@ -15,6 +15,7 @@ from asbuilt_bim.progress.valuation.observed import observation_notes, observed_
 _OF_LINES = {
     *(Reason.CERTIFIED_FALLS, Reason.CERTIFIED_LINE_GONE, Reason.CERTIFIED_LINE_CHANGED, Reason.TAX_CHANGED),
     *(Reason.CONTRACT_NOT_DESIGN, Reason.DESIGN_LOST_WORK, Reason.DESIGN_ADDED_WORK, Reason.RETENTION_CHANGED),
+    Reason.OVERRIDE_NOT_WHOLE,
 }
 OF_MONEY = _OF_LINES | {
     *(Reason.COST_UNIT_UNKNOWN, Reason.COST_PAID_TWICE, Reason.COST_COVER_UNKNOWN, Reason.CERTIFIED_PHOTOS_CHANGED),
@@ -114,20 +115,19 @@ def _of_persons(made: Sequence[Bill], inputs: ValuationInputs) -> Iterator[Note]
             if line.rate_change is not None:
                 change = line.rate_change
                 used.add(id(change))
-                values: Values = {
-                    "was": line.line.rate,
-                    "now": change.rate,
-                    "why": change.why,
-                    "currency": bill.currency,
-                }
+                values: Values = {"was": line.line.rate, "now": change.rate}
+                values = {**values, "why": change.why, "currency": bill.currency}
                 yield noted(Reason.RATE_CHANGED, line_subject(line), item=line_label(line), **values)
             for row in line.rows:
                 if (given := row.override) is None:
                     continue
                 used.add(id(given))
+                values = {"item": line_label(line), "element": row.element.name if row.element else ""}
                 if not (given.reason and given.by and given.day):
-                    name = row.element.name if row.element else ""
-                    yield noted(Reason.OVERRIDE_UNSIGNED, line_subject(line), item=line_label(line), element=name)
+                    yield noted(Reason.OVERRIDE_UNSIGNED, line_subject(line), **values)
+                if row.share != given.share:
+                    values = {**values, "share": given.share, "counted": row.share}
+                    yield noted(Reason.OVERRIDE_NOT_WHOLE, line_subject(line), **values)
     for one in inputs.overrides:
         if id(one) not in used:
             subject = about(SubjectKind.COST_LINE, one.line)

@@ -76,7 +76,7 @@ TERMS = {
     "stand_y_m": "The same, world y.",
     "nearest_station": "Station of this visit, on the element's floor, nearest to there; empty where there is none.",
     "nearest_m": "How far that is.",
-    "unobserved": "Ids of the design faces that no station saw.",
+    "unobserved": "Ids of the design faces that no photo decides anything on; covered ones and reveals are among them.",
     "notes": "Remarks in words.",
     "note_codes": "The same remarks as codes, in the same order.",
     "doubt_codes": "The same as codes, in the same order.",

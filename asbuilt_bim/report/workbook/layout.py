@@ -11,7 +11,7 @@ PER_DESIGN = "Contract per design"
 HEAD = 3
 """The row of the headings (from 0) of every sheet of the valuation; its title stands above."""
 SPARE_VARIATIONS = 12
-"""Empty rows for new variations; whoever needs more copies one."""
+"""Empty rows for new variations; whoever needs more types below them, or copies one there."""
 FORMAT_NAME, FORMAT = "asbuilt_bim_valuation", 1
 """The named cell that says that a workbook is ours, and of which version."""
 SUMS = ("work", "variations", "gross", "retention", "net", "tax", "payable")

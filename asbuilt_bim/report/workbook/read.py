@@ -41,6 +41,7 @@ from asbuilt_bim.storage.xlsx_file import XlsxCell, XlsxFile, XlsxSheet, read_xl
 
 MAX_TEXT = 500
 _AGAIN = "open it, let it calculate (Ctrl+Shift+F9) and save it"
+_NO_FORMULA = f"{_AGAIN}; where its row has no formulas, copy a row of the table over it and type it again"
 _LOST = "what was written into it would be lost"
 _DAMAGED = (
     "put your signed copy of it in its place (quantities.signed-<time>.xlsx lie beside it), or the last one from a "
@@ -262,7 +263,11 @@ def _paid_variations(rows: Sequence[Row], path: Path, *, signed: bool) -> dict[s
     found: dict[str, float] = {}
     for index, row in enumerate(rows, 1):
         number = _text(row, "No.") or f"without number {index}"
-        amount = _number(row, heading, path, f"variation {number}")
+        if not signed and row.get(heading) is None:  # typed below the table: it was never certified
+            continue
+        amount = _number(row, heading, path, f"variation {number}", _NO_FORMULA)
+        if amount and signed:
+            _number(row, "Bill", path, f"variation {number}", "write the number of its bill, such as 1, and save it")
         if amount:
             found[number] = cents(found.get(number, 0.0) + amount)
     return found
@@ -396,7 +401,7 @@ def _check_variations(inputs: ValuationInputs, path: Path, signed: bool) -> None
             raise WorkbookError(f"{path}: variation {one.number} isn't quantity x rate x done; {_AGAIN}")
 
 
-def _number(row: Row, key: str, path: Path, what: str) -> float:
+def _number(row: Row, key: str, path: Path, what: str, remedy: str = _AGAIN) -> float:
     """Return a number that has to be there.
 
     Raises:
@@ -410,7 +415,7 @@ def _number(row: Row, key: str, path: Path, what: str) -> float:
             "type it with your spreadsheet's own decimal sign and without a unit, such as 310.50 or 310,50, and save"
         )
     if value is None:
-        raise WorkbookError(f"{path}: {what}: '{key}' has no value, and none is guessed; {_AGAIN}")
+        raise WorkbookError(f"{path}: {what}: '{key}' has no value, and none is guessed; {remedy}")
     return value
 
 

@@ -1,6 +1,6 @@
 """The sheets beside the bill: variations, certificates, observations; and what to do where there are no costs."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from xlsxwriter.worksheet import Worksheet
 
@@ -37,27 +37,41 @@ from asbuilt_bim.report.workbook.sheet import (
 _INPUTS = ("No.", "Text", "Order", "Unit", "Quantity", "Rate", "Done", "Previous amount", "By")
 
 
-def write_variations(sheet: Worksheet, made: Sequence[Bill], title: str, styles: Styles) -> int:
-    """Write the variations and empty rows for more; return how many rows there are."""
+def write_variations(sheet: Worksheet, made: Sequence[Bill], title: str, styles: Styles) -> None:
+    """Write the variations and empty rows for more; a row that is added to the table gets its formulas, too."""
     titled(sheet, title, "Variations: work that was ordered beside the contract", styles)
     write_head(sheet, HEAD, VARIATIONS, styles)
     lines = [(bill.number, one) for bill in made for one in bill.variations]
     rows = [*lines, *[(1, None)] * SPARE_VARIATIONS]
+    last = HEAD + len(rows)
+    own = _amounts({column.heading: f"Variations[[#This Row],[{column.heading}]]" for column in VARIATIONS})
+    write_table(sheet, "Variations", HEAD, last, VARIATIONS, styles, own)
+    amounts = [letter(VARIATIONS, heading) for heading in own]
+    sheet.ignore_errors({"calculated_column": " ".join(f"{one}{HEAD + 2}:{one}{last + 1}" for one in amounts)})
     for index, (bill, one) in enumerate(rows):
         _variation(sheet, HEAD + 1 + index, bill, one, styles)
-    last = HEAD + len(rows)
-    write_table(sheet, "Variations", HEAD, last, VARIATIONS, styles)
     sheet.freeze_panes(HEAD + 1, 0)
     print_page(sheet, HEAD, last_row=last, last_column=len(VARIATIONS) - 1)
-    return len(rows)
+
+
+def _amounts(c: Mapping[str, str]) -> dict[str, str]:
+    """Return the formulas of a row's amounts by heading; `c` says by heading what refers to its cells.
+
+    The rows themselves refer by A1: so they may be copied below the table, where no program calls it a row of it.
+    """
+    numbers = f"AND(ISNUMBER({c['Quantity']}),ISNUMBER({c['Rate']}))"
+    done = f"IF(ISNUMBER({c['Done']}),MIN(1,MAX(0,{c['Done']})),0)"
+    return {
+        "Bill": "=1",
+        "Amount": f"=IF({numbers},ROUND({c['Quantity']}*{c['Rate']},2),0)",
+        "This period amount": f"=ROUND({c['Certified amount']}-{c['Previous amount']},2)",
+        "Certified amount": f"=ROUND({c['Amount']}*{done},2)",
+    }
 
 
 def _variation(sheet: Worksheet, row: int, bill: int, line: VariationLine | None, styles: Styles) -> None:
-    n = row + 1
-    c = {column.heading: f"{letter(VARIATIONS, column.heading)}{n}" for column in VARIATIONS}
+    amounts = _amounts({column.heading: f"{letter(VARIATIONS, column.heading)}{row + 1}" for column in VARIATIONS})
     one = line.variation if line else None
-    numbers = f"AND(ISNUMBER({c['Quantity']}),ISNUMBER({c['Rate']}))"
-    done = f"IF(ISNUMBER({c['Done']}),MIN(1,MAX(0,{c['Done']})),0)"
     certified = line.certified if line else 0.0
     previous = line.previous if line else 0.0
     cells: dict[str, Cell] = {
@@ -68,13 +82,11 @@ def _variation(sheet: Worksheet, row: int, bill: int, line: VariationLine | None
         "Unit": one.unit if one else "",
         "Quantity": one.quantity if one else "",
         "Rate": one.rate if one else "",
-        "Amount": Formula(f"=IF({numbers},ROUND({c['Quantity']}*{c['Rate']},2),0)", line.amount if line else 0.0),
+        "Amount": Formula(amounts["Amount"], line.amount if line else 0.0),
         "Done": one.share if one else "",
         "Previous amount": previous,
-        "This period amount": Formula(
-            f"=ROUND({c['Certified amount']}-{c['Previous amount']},2)", cents(certified - previous)
-        ),
-        "Certified amount": Formula(f"=ROUND({c['Amount']}*{done},2)", certified),
+        "This period amount": Formula(amounts["This period amount"], cents(certified - previous)),
+        "Certified amount": Formula(amounts["Certified amount"], certified),
         "By": one.by if one else "",
     }
     write_row(sheet, row, [cells[column.heading] for column in VARIATIONS], VARIATIONS, styles)

@@ -1,7 +1,7 @@
 """A table on a worksheet: columns with a width and a number format, cells that can't run, unknown that can't be 0."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date, datetime
 from typing import Any
@@ -163,10 +163,29 @@ def row_height(text: str, width: float) -> float:
     return min(LINE_PT * lines + 2.0, 400.0)
 
 
-def write_table(sheet: Worksheet, name: str, head: int, last: int, columns: Sequence[Column], styles: Styles) -> None:
-    """Make a table of what is written, so that other workbooks can name its columns; one without rows is none."""
+def write_table(
+    sheet: Worksheet,
+    name: str,
+    head: int,
+    last: int,
+    columns: Sequence[Column],
+    styles: Styles,
+    formulas: Mapping[str, str] | None = None,
+) -> None:
+    """Make a table of rows, so that other workbooks can name its columns; one without rows is none.
+
+    `formulas` are those by heading that a spreadsheet program gives each row that is added. They are written into the
+    rows that are there, too: write these afterwards.
+    """
     if last > head:
-        headers = [{"header": one.heading, "header_format": styles.get(one.kind, "head")} for one in columns]
+        headers = [
+            {
+                "header": one.heading,
+                "header_format": styles.get(one.kind, "head"),
+                "formula": (formulas or {}).get(one.heading),
+            }
+            for one in columns
+        ]
         sheet.add_table(
             head, 0, last, len(columns) - 1, {"name": name, "columns": headers, "style": None, "header_row": True}
         )

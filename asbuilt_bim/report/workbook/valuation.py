@@ -32,7 +32,6 @@ from asbuilt_bim.report.workbook.layout import (
     COLUMNS,
     FORMAT,
     FORMAT_NAME,
-    HEAD,
     VALUATION,
     VARIATIONS,
     letter,
@@ -58,11 +57,11 @@ def write_valuation(
     sheet: Worksheet,
     report: ProgressReport,
     made: Sequence[Bill],
-    places: tuple[int, int],
+    first_sum: int,
     styles: Styles,
     earlier: Sequence[ProgressReport] = (),
 ) -> None:
-    """Write the certificate; `places`: the row of the first sum in Bill, and how many rows Variations has.
+    """Write the certificate; `first_sum` is the row of the first sum in Bill.
 
     What is wrong with `earlier` visits stands at the top, and what their photos left in doubt where one signs.
     """
@@ -98,7 +97,7 @@ def write_valuation(
         _name(book, name, row, 1)
         row += 1
     for bill in made:
-        row = _summary(book, sheet, row + 1, bill, places, styles)
+        row = _summary(book, sheet, row + 1, bill, first_sum, styles)
     row = _signatures(book, sheet, row + 1, styles)
     notes = [note_words(note) for note in report.notes if note.code in CODES or of_money(note)]
     rests = [rests_words(by_persons(bill), bill.cumulative.variations, bill.currency) for bill in made]
@@ -138,7 +137,7 @@ def _in_doubt(made: Sequence[Bill], report: ProgressReport, earlier: Sequence[Pr
     return [in_doubt_words(one) for one in doubts_alike(asked)]
 
 
-def _summary(book: Workbook, sheet: Worksheet, row: int, bill: Bill, places: tuple[int, int], styles: Styles) -> int:
+def _summary(book: Workbook, sheet: Worksheet, row: int, bill: Bill, first_sum: int, styles: Styles) -> int:
     """Write a bill's sums by formulas; return the next free row."""
     name = f"Bill {bill.number}, {plain(bill.currency) or NO_CURRENCY}"
     head = (
@@ -152,7 +151,7 @@ def _summary(book: Workbook, sheet: Worksheet, row: int, bill: Bill, places: tup
     for column, text in enumerate(head):
         sheet.write_string(row, column, text, styles.get("text" if column == 0 else "money", "head"))
     at = {what: row + 2 + index for index, what in enumerate(_LABELS)}  # as formulas count rows
-    contract = Formula(f"={BILL}!{letter(BILL_COLUMNS, 'Contract amount')}{places[0] + bill.number}", bill.contract)
+    contract = Formula(f"={BILL}!{letter(BILL_COLUMNS, 'Contract amount')}{first_sum + bill.number}", bill.contract)
     values = {"previous": bill.previous, "this_period": bill.period, "cumulative": bill.cumulative}
     for what, label in _LABELS.items():
         line = at[what] - 1
@@ -160,13 +159,13 @@ def _summary(book: Workbook, sheet: Worksheet, row: int, bill: Bill, places: tup
         write_cell(sheet, line, 0, label, "text", styles, role)
         for column, sums in enumerate(COLUMNS, 1):
             value = _value(values[sums], what)
-            formula = _formula(what, sums, at, bill, places)
+            formula = _formula(what, sums, at, bill, first_sum)
             cell: Cell = value if formula is None else Formula(formula, value)
             write_cell(sheet, line, column, cell, "money", styles, "input" if formula is None else role)
             _name(book, sum_name(what, sums, bill.number), line, column)
         best: Cell = ""
         if what == "work":
-            place = f"{BILL}!{letter(BILL_COLUMNS, 'Best amount')}{places[0] + bill.number}"
+            place = f"{BILL}!{letter(BILL_COLUMNS, 'Best amount')}{first_sum + bill.number}"
             best = Formula(f"={place}", UNKNOWN if bill.best is None else bill.best)
         write_cell(sheet, line, _LAST, best, "money", styles, role)
     end = at["payable"]
@@ -187,7 +186,7 @@ def _value(sums: Sums, what: str) -> float:
     return float(getattr(sums, what))
 
 
-def _formula(what: str, sums: str, at: dict[str, int], bill: Bill, places: tuple[int, int]) -> str | None:
+def _formula(what: str, sums: str, at: dict[str, int], bill: Bill, first_sum: int) -> str | None:
     """Return the formula of a cell of the summary; None where it is typed: it was read from a signed workbook."""
     column = {"previous": "B", "this_period": "C", "cumulative": "D"}[sums]
     cell = {key: f"{column}{line}" for key, line in at.items()}
@@ -199,7 +198,7 @@ def _formula(what: str, sums: str, at: dict[str, int], bill: Bill, places: tuple
         }[what]
         return f"=ROUND({cell[one]}{sign}{cell[other]},2)"
     if what in ("work", "variations") and sums != "this_period":
-        return _from_sheets(what, sums, bill, places)
+        return _from_sheets(what, sums, bill, first_sum)
     if sums == "previous":
         return None
     if what == "tax":
@@ -209,14 +208,13 @@ def _formula(what: str, sums: str, at: dict[str, int], bill: Bill, places: tuple
     return f"=ROUND(D{at[what]}-B{at[what]},2)"
 
 
-def _from_sheets(what: str, sums: str, bill: Bill, places: tuple[int, int]) -> str:
+def _from_sheets(what: str, sums: str, bill: Bill, first_sum: int) -> str:
+    """Return the formula that adds up a bill's lines; of its variations wherever they stand in their columns."""
     heading = "Previous amount" if sums == "previous" else "Certified amount"
     if what == "work":
-        return f"={BILL}!{letter(BILL_COLUMNS, heading)}{places[0] + bill.number}"
-    first, last = HEAD + 2, HEAD + 1 + places[1]
-    amounts = letter(VARIATION_COLUMNS, heading)
-    numbers = f"{VARIATIONS}!$A${first}:$A${last}"
-    return f"=ROUND(SUMIF({numbers},{bill.number},{VARIATIONS}!${amounts}${first}:${amounts}${last}),2)"
+        return f"={BILL}!{letter(BILL_COLUMNS, heading)}{first_sum + bill.number}"
+    numbers, amounts = (letter(VARIATION_COLUMNS, one) for one in ("Bill", heading))
+    return f"=ROUND(SUMIF({VARIATIONS}!${numbers}:${numbers},{bill.number},{VARIATIONS}!${amounts}:${amounts}),2)"
 
 
 def _signatures(book: Workbook, sheet: Worksheet, row: int, styles: Styles) -> int:

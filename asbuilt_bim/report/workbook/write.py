@@ -109,17 +109,9 @@ def _write_money(book: Workbook, report: ProgressReport, earlier: Sequence[Progr
     counts = report.valuation is not None and report.valuation.count_observations
     first_sum = write_bill(sheets[BILL], made, title, len(rows_of(made)), styles)
     write_parts(sheets[PARTS], made, title, storeys, counts, styles)
-    variations = write_variations(sheets[VARIATIONS_SHEET], made, title, styles)
+    write_variations(sheets[VARIATIONS_SHEET], made, title, styles)
     write_certificates(sheets[CERTIFICATES_SHEET], report, title, styles)
-    write_valuation(
-        book,
-        sheets[VALUATION],
-        report,
-        made,
-        (first_sum, variations),
-        styles,
-        earlier,
-    )
+    write_valuation(book, sheets[VALUATION], report, made, first_sum, styles, earlier)
 
 
 def _table(

@@ -87,6 +87,12 @@ def test_every_element_carries_one_set_of_properties_and_one_of_quantities(schem
     assert "AsBuiltArea" not in _psets(file, "IfcColumn", "hidden")["AsBuilt_Quantities"]
 
 
+@pytest.mark.parametrize("schema", SCHEMAS)
+def test_an_element_that_nobody_has_seen_has_no_day_of_a_visit(schema: str, tmp_path: Path) -> None:
+    file = ifcopenshell.open(str(_written(schema, tmp_path)[1]))
+    assert "VisitDate" not in _psets(file, "IfcColumn", "hidden")["AsBuilt_Progress"]
+
+
 def test_with_words_an_element_says_its_bounds_and_why_it_is_unknown(tmp_path: Path) -> None:
     source = _written("IFC4", tmp_path)[0]
     write_asbuilt(source, report_on(read_design(source), BEST), tmp_path / "words.ifc", words=note_words)

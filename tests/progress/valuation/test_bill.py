@@ -175,6 +175,22 @@ def test_overrides_without_a_reason_and_those_whose_element_is_gone_are_named() 
     ]  # fmt: skip
 
 
+def test_an_override_of_a_piece_that_is_no_whole_one_is_told_with_what_it_counts_as() -> None:
+    line = cost_line("1", 3, 2.0, 10.0, ["a", "b"])
+    given = ValuationInputs(overrides=tuple(
+        Override(line=line.global_id, element=key, share=share, reason="r", by="B", day=FIRST)
+        for key, share in (("a", 0.9), ("b", 1.0))
+    ))  # fmt: skip
+    seen = {"a": HALF, "b": HALF}
+    report = made_report(seen, [line], FIRST, given)
+    (note,) = report.notes
+    assert note.code is Reason.OVERRIDE_NOT_WHOLE and only(report).lines[0].quantity == 1.0
+    assert "the override of Wall a is 90 %, and counts as 0 %: a piece counts whole or not at all" in note_words(note)
+    taken_off = made_report(seen, [replace(line, rate=-10.0)], FIRST, given)
+    assert "is 90 %, and counts as 100 %" in note_words(taken_off.notes[0])
+    assert made_report(seen, [cost_line("1", 0, 2.0, 10.0, ["a", "b"])], FIRST, given).notes == (), "by volume"
+
+
 @settings(max_examples=200, deadline=None)
 @given(LINES, PERIODS)
 def test_periods_add_up_nothing_exceeds_the_contract_and_nobody_certifies_what_nobody_saw(
@@ -191,7 +207,10 @@ def test_what_a_person_saw_after_the_visit_is_told_with_who_and_when_it_counts()
     (note,) = report.notes
     words = note_words(note)
     assert note.code is Reason.OBSERVATION_LATER
-    assert f"count yet: Mia, Wall a on {look[0].day.isoformat()}. It counts from" in words
+    assert (
+        f"count yet: Mia, Wall a on {look[0].day.isoformat()}. It counts from the first visit of that day or later on"
+        in words
+    )
     that_day = made_report({"a": HALF}, [line], look[0].day, counts, look)
     assert Reason.OBSERVATION_LATER not in {one.code for one in that_day.notes}
     assert made_report({"a": HALF}, [line], FIRST, ValuationInputs(), look).notes == (), "it wouldn't count anyway"

@@ -123,6 +123,17 @@ def test_the_picture_of_a_rejected_station_is_shown_where_the_project_asks_for_w
     assert "rejected" in card and 'aria-label="left photo of station B2"' in card
 
 
+def test_faces_that_no_photo_decides_are_told_without_reveals_and_covered_ones():
+    report = sample_report()
+    first, second, *rest = (replace(face, role="side", exposed_area_m2=1.0) for face in report.faces)
+    faces = (replace(first, role="reveal"), replace(second, exposed_area_m2=0.0), *rest)
+    seen = replace(report, faces=faces, unobserved=tuple(face.face_id for face in faces[:4]))
+    page = page_html(seen, {})
+    assert f"No photo decides anything on 2 of the design's {len(faces) - 2} exposed faces" in page
+    assert "counts as unknown only where no other side of it was seen" in page
+    assert "No photo decides" not in page_html(replace(seen, unobserved=seen.unobserved[:2]), {})
+
+
 def test_an_empty_result_makes_a_page():
     report = sample_report()
     empty = replace(

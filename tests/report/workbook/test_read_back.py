@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import zipfile
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import date
@@ -168,6 +170,45 @@ def test_a_certified_row_that_was_taken_out_is_refused_with_the_remedy(workbook:
     before = {("", f"variations_previous_{1}"): 0.0}
     rows = {at(path, "Variations", heading, 0): None for heading in ("No.", "Text", "Previous amount")}
     assert "put back the rows" in refusal(typed(path, {**rows, **before}))
+
+
+def below(path: Path, table: int, values: dict[str, str | float]) -> Path:
+    """Write a row right below the variations, as a person does, whose table has so many rows."""
+    cells = {at(path, "Variations", heading, table): value for heading, value in values.items()}
+    with zipfile.ZipFile(path) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    sheet = f"xl/worksheets/sheet{openpyxl.load_workbook(path).sheetnames.index('Variations') + 1}.xml"
+    row = "".join(f'<c r="{place}"/>' for place in sorted(place for _, place in cells))
+    files[sheet] = re.sub(rb"<dimension [^>]*/>", b"", files[sheet])  # of the rows before
+    files[sheet] = files[sheet].replace(b"</sheetData>", f'<row r="{5 + table}">{row}</row></sheetData>'.encode())
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, data in files.items():
+            archive.writestr(name, data)
+    return typed(path, cells)
+
+
+MORE: dict[str, str | float] = {
+    "No.": "V13", "Text": "more", "Unit": "m", "Quantity": 9.0, "Rate": 111.0, "Done": 1.0,
+}  # fmt: skip
+
+
+def test_a_signed_variation_below_the_table_is_told_how_it_gets_its_formulas_and_its_bill(workbook: Path) -> None:
+    rows = openpyxl.load_workbook(workbook)["Variations"].max_row - 4
+    plain, without_bill, whole = (workbook.with_name(f"{name}.xlsx") for name in ("plain", "bill", "whole"))
+    for path, more in ((plain, {}), (without_bill, {"Certified amount": 999.0}),
+                       (whole, {"Certified amount": 999.0, "Bill": 1})):  # fmt: skip
+        path.write_bytes(workbook.read_bytes())
+        below(path, rows, {**MORE, **more})
+    assert "V13" in refusal(typed(plain, SIGNED)) and "copy a row of the table over it" in refusal(plain)
+    assert "'Bill' has no value" in refusal(typed(without_bill, SIGNED)) and "write the number" in refusal(without_bill)
+    sums = {("", "variations_cumulative_1"): 1174.02}
+    assert read_last_workbook(typed(whole, {**SIGNED, **sums})).inputs.paid_variations["V13"] == 999.0
+
+
+def test_an_unsigned_variation_typed_below_the_table_is_carried_on(workbook: Path) -> None:
+    rows = openpyxl.load_workbook(workbook)["Variations"].max_row - 4
+    last = read_last_workbook(below(workbook, rows, MORE)).inputs.variations[-1]
+    assert (last.number, last.quantity, last.rate, last.share, last.bill) == ("V13", 9.0, 111.0, 1.0, 1)
 
 
 def test_a_workbook_that_a_program_saved_without_calculating_is_refused(workbook: Path) -> None:

@@ -105,6 +105,20 @@ def test_what_a_person_set_is_in_a_colour_of_its_own() -> None:
     assert [cell.value for cell in variations[5]][7:12] == [350.04, 0.5, 0, 175.02, 175.02]
 
 
+def test_a_variation_below_the_tables_rows_counts_and_gets_the_tables_formulas() -> None:
+    made = book(valued(variations=(VARIATION,)))
+    sheet, place = made.defined_names["variations_cumulative_1"].attr_text.split("!")
+    formula = made[sheet.strip("'")][place.replace("$", "")].value
+    assert formula == "=ROUND(SUMIF(Variations!$A:$A,1,Variations!$L:$L),2)"
+    given = {one.name: one.calculatedColumnFormula for one in made["Variations"].tables["Variations"].tableColumns}
+    own = {name: one.attr_text for name, one in given.items() if one}
+    assert own.keys() == {"Bill", "Amount", "This period amount", "Certified amount"} and own["Bill"] == "1"
+    heads = {str(cell.value): cell.column_letter for cell in made["Variations"][4]}
+    for name, text in own.items():
+        here = re.sub(r"Variations\[\[#This Row\],\[(.+?)\]\]", lambda found: f"{heads[found[1]]}5", text)
+        assert name == "Bill" or made["Variations"][f"{heads[name]}5"].value == f"={here}"
+
+
 def test_sums_are_named_cells_and_tables_are_named() -> None:
     report = valued()
     made, values = book(report), book(report, values=True)

@@ -98,7 +98,13 @@ COST_PARTS = (
     ),
     _column("Best", "percent", 9, "The best estimate of the element; unknown where less than half was seen."),
     _column("Seen by a person", "percent", 10, "From the observations table, as the person said it. Never mixed in."),
-    _column("Override", "percent", 10, f"Write a percentage here to let it count instead. {_INPUT}"),
+    _column(
+        "Override",
+        "percent",
+        10,
+        "Write a percentage here to let it count instead. A piece counts whole or not at all: under 100 % it counts as "
+        f"0 % (where the line takes money off, above 0 % as 100 %). {_INPUT}",
+    ),
     _column("Reason", "text", 24, "Why you overrode it."),
     _column("By", "text", 12, "Who overrode it."),
     _column("Date", "date", 11, "When."),

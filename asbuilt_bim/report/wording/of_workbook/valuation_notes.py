@@ -165,6 +165,16 @@ def _unsigned(note: Note) -> str:
     return filled(f"{_ITEM}the override of {where} lacks its reason, person or date. It counts all the same", note)
 
 
+def _not_whole(note: Note) -> str:
+    share, counted = (percent_to_a_tenth(float(str(note.values[key]))) for key in ("share", "counted"))
+    of = "{element}" if note.values["element"] else "what isn't measured"
+    return filled(
+        f"{_ITEM}the override of {of} is {share}, and counts as {counted}: a piece counts whole or not at all. Write "
+        "0 % or 100 %",
+        note,
+    )
+
+
 VALUATION_NOTES: Mapping[Reason, Template] = {
     Reason.COSTS_INSTEAD: "the table {subject.name} counts; the IFC file's own "
     "{count:# cost line doesn't|# cost lines don't}",
@@ -180,7 +190,8 @@ VALUATION_NOTES: Mapping[Reason, Template] = {
     Reason.OBSERVATION_SHOWN: "{count:# observation of a person stands|# observations of persons stand} beside the "
     "photos and doesn't count. To let them count, set valuation.observations to count",
     Reason.OBSERVATION_LATER: "persons saw this after the visit of {subject.name}, so it doesn't count yet: "
-    "{elements:list}{more}. It counts from the next visit on; to let it count now, write an override",
+    "{elements:list}{more}. It counts from the first visit of that day or later on. To let it count now, write an "
+    "override",
     Reason.CERTIFIED_FALLS: _falls,
     Reason.CERTIFIED_LINE_GONE: _gone,
     Reason.CERTIFIED_LINE_CHANGED: _changed,
@@ -194,6 +205,7 @@ VALUATION_NOTES: Mapping[Reason, Template] = {
     Reason.RETENTION_CHANGED: _retention,
     Reason.TAX_CHANGED: _tax,
     Reason.OVERRIDE_UNSIGNED: _unsigned,
+    Reason.OVERRIDE_NOT_WHOLE: _not_whole,
     Reason.OVERRIDE_UNREADABLE: _unreadable,
     Reason.RATE_CHANGED: _rate,
     Reason.RATE_UNUSED: _rate_unused,
