@@ -123,7 +123,8 @@ TASKS = (
         "Late",
         "text",
         10,
-        "late: the planned finish has passed and the task is not complete; unknown where the photos don't show it.",
+        "late: the day of the planned finish has passed and the task is not complete; unknown where the photos don't "
+        "show it.",
     ),
     _column("Days late", "count", 8, "Days from the planned finish to the visit, 0 where it isn't late; as on Late."),
     _column(
