@@ -66,14 +66,24 @@ def percent_range(lower: float, upper: float) -> str:
     return f"{math.floor(lower * 100 + 1e-9)} to {math.ceil(upper * 100 - 1e-9)} %"
 
 
+def cut_down(share: float) -> float:
+    """Return a lower bound in 0..1 to a tenth of a percent, never more than it is; of what was seen, too."""
+    return math.floor(share * 1000.0 + _EVEN) / 1000.0
+
+
+def cut_up(share: float) -> float:
+    """Return an upper bound in 0..1 to a tenth of a percent, never less than it is."""
+    return math.ceil(share * 1000.0 - _EVEN) / 1000.0
+
+
 def percent_down(share: float) -> str:
-    """Return a lower bound in percent, to a tenth, never more than it is."""
-    return f"{math.floor(share * 1000.0 + _EVEN) / 10.0:.1f}"
+    """Write a lower bound in percent, to a tenth, never more than it is."""
+    return f"{cut_down(share) * 100.0:.1f}"
 
 
 def percent_up(share: float) -> str:
-    """Return an upper bound in percent, to a tenth, never less than it is."""
-    return f"{math.ceil(share * 1000.0 - _EVEN) / 10.0:.1f}"
+    """Write an upper bound in percent, to a tenth, never less than it is."""
+    return f"{cut_up(share) * 100.0:.1f}"
 
 
 def number(value: float | None, decimals: int = 2) -> str:
