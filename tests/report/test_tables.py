@@ -121,6 +121,13 @@ def test_the_workbook_has_the_design_area_of_the_photographed_sides_and_the_page
     assert (row["At least"], row["Possibly"]) == pytest.approx(bounds)
 
 
+@pytest.mark.parametrize(
+    ("value", "text"), [(4.785, "4.79"), (2.755, "2.76"), (2.465, "2.47"), (0.725 * 3.4, "2.47"), (-0.001, "0.00")]
+)
+def test_halves_of_areas_read_as_the_workbooks_number_format_shows_them(value: float, text: str) -> None:
+    assert area_of(value, None, value) == f"{text} of {text} m²"
+
+
 def test_each_sheet_shows_bounds_as_the_notes_of_schedules_do_and_money_counts_with_the_exact_ones() -> None:
     bounds = Completion(best=0.7, lower=0.682758621, upper=0.705445, coverage=0.499961)
     report = sample_report()

@@ -4,6 +4,8 @@ import math
 import re
 from datetime import date, datetime
 
+from asbuilt_bim.progress.money import rounded
+
 UNKNOWN = "unknown"
 _MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff\ufffe\uffff]")
@@ -87,8 +89,8 @@ def percent_up(share: float) -> str:
 
 
 def number(value: float | None, decimals: int = 2) -> str:
-    """Write a number with its digits in groups of three; None is `unknown`."""
-    return UNKNOWN if value is None else f"{value:,.{decimals}f}".replace(",", _THIN)
+    """Write a number with its digits in groups of three, halves away from 0 as in a spreadsheet; None is `unknown`."""
+    return UNKNOWN if value is None else f"{rounded(value, decimals):,.{decimals}f}".replace(",", _THIN)
 
 
 def share_bounds(lower: float, upper: float) -> tuple[str, str]:
@@ -132,8 +134,8 @@ def millimetres(length_m: float | None, sigma_m: float | None = None) -> str:
     if length_m is None:
         return UNKNOWN
     sigma = "" if sigma_m is None else f" ± {sigma_m * 1000:.0f}"
-    rounded = round(length_m * 1000)
-    return f"{'−' if rounded < 0 else '+'}{abs(rounded)}{sigma} mm"
+    whole_mm = round(length_m * 1000)
+    return f"{'−' if whole_mm < 0 else '+'}{abs(whole_mm)}{sigma} mm"
 
 
 def millimetres_per_metre(angle_rad: float | None) -> str:
