@@ -150,6 +150,15 @@ def test_each_sheet_shows_bounds_as_the_notes_of_schedules_do_and_money_counts_w
     assert {row[column] for row in made["Cost by element"].iter_rows(min_row=HEAD + 2, values_only=True)} >= exact
 
 
+def test_a_sigma_in_the_workbook_has_no_sign_and_its_offset_has_one() -> None:
+    sheet = book()["Elements"]
+    heads = [cell.value for cell in sheet[1]]
+    offset = heads.index("Offset [mm]")
+    row = next(row for row in sheet.iter_rows(min_row=2) if row[offset].data_type == "n")
+    assert row[offset].number_format.startswith("+")
+    assert row[heads.index("Offset sigma [mm]")].number_format == "0.0"
+
+
 def test_the_page_says_beside_the_formula_that_pieces_count_whole() -> None:
     page = page_html(sample_report(), {})
     cost = page[page.index('id="cost"') :]

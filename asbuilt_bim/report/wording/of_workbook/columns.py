@@ -78,7 +78,7 @@ ELEMENTS = (
         9,
         "Measured face minus design face, along the design's outward normal; the largest.",
     ),
-    _column("Offset sigma [mm]", "millimetres", 9, "One standard deviation of the offset."),
+    _column("Offset sigma [mm]", "sigma", 9, "One standard deviation of the offset."),
     _column("Tolerance", "text", 11, "in, out or undecided, by two sigma; empty where the project names no tolerance."),
     _column("Last seen", "date", 12, "Last visit that decided something on this element; empty where none did."),
     _column("Notes", "wrap", 46, "Remarks."),
