@@ -137,7 +137,7 @@ class TaskProgress:
     schedule_finish: datetime | None
     actual_start: date | None  # first visit that saw something built; None where unknown
     actual_finish: date | None  # only when all its elements are complete, and certainly so
-    late: bool | None  # its planned finish has passed, and it is not complete; None where unknown
+    late: bool | None  # the day of its planned finish has passed, and it is not complete; None where unknown
     identification: str = ""
     outline: tuple[str, ...] = ()  # names of the summary tasks above it, the outermost first
     links: tuple[TaskLink, ...] = ()

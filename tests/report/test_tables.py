@@ -8,13 +8,18 @@ from rich.table import Table
 
 from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection
+from asbuilt_bim.progress.report import Completion
+from asbuilt_bim.progress.valuation.bill import bills
 from asbuilt_bim.report.cost_rows import cost_groups
 from asbuilt_bim.report.csv import csv_text, safe_cell, write_csv
 from asbuilt_bim.report.page.write import page_html
 from asbuilt_bim.report.tables import element_rows, lost_stations, photographed_of, station_doubts, station_rows
+from asbuilt_bim.report.task_rows import task_rows
+from asbuilt_bim.report.wording.of_workbook.valuation_columns import COST_PARTS
 from asbuilt_bim.report.wording.reasons import words_of
 from asbuilt_bim.report.wording.unstated import unstated_rejection
-from asbuilt_bim.report.wording.values import area_of, rate, share_bounds
+from asbuilt_bim.report.wording.values import area_of, cut_down, cut_up, rate, share_bounds
+from asbuilt_bim.report.workbook.layout import HEAD
 from asbuilt_bim.report.workbook.write import workbook_bytes, write_workbook
 from asbuilt_bim.terminal.summary_table import summary
 from tests.report.sample_report import HOSTILE_FORMULA, UMLAUTS, renamed, sample_report
@@ -112,7 +117,46 @@ def test_the_workbook_has_the_design_area_of_the_photographed_sides_and_the_page
     assert area_of(group.as_built_area_m2, group.as_built_sigma_m2, photographed_of(group, report)) in page_html(
         report, {}
     ).replace("&nbsp;", " ")
-    assert (row["At least"], row["Possibly"]) == pytest.approx((group.completion.lower, group.completion.upper))
+    bounds = cut_down(group.completion.lower), cut_up(group.completion.upper)
+    assert (row["At least"], row["Possibly"]) == pytest.approx(bounds)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(4.785, "4.79"), (2.755, "2.76"), (2.465, "2.47"), (0.725 * 3.4, "2.47"), (-0.001, "0.00")]
+)
+def test_halves_of_areas_read_as_the_workbooks_number_format_shows_them(value: float, text: str) -> None:
+    assert area_of(value, None, value) == f"{text} of {text} m²"
+
+
+def test_each_sheet_shows_bounds_as_the_notes_of_schedules_do_and_money_counts_with_the_exact_ones() -> None:
+    bounds = Completion(best=0.7, lower=0.682758621, upper=0.705445, coverage=0.499961)
+    report = sample_report()
+    elements = tuple(replace(e, state="part", completion=bounds) for e in report.elements)
+    storeys = tuple(replace(one, completion=bounds) for one in report.storeys)
+    tasks = tuple(replace(one, progress=replace(one.progress, completion=bounds)) for one in report.tasks)
+    report = replace(report, elements=elements, storeys=storeys, tasks=tasks)
+    assert "at least 68.2 % (lower bound), possibly 70.6 %" in task_rows(report)[0].note
+    made = book(report)
+    wanted = {"At least": "68.2", "Possibly": "70.6", "Seen": "49.9"}
+    for name, above in (("Summary", "Storey"), ("Elements", "Storey"), ("Tasks", "Task"), ("Late", "Storey")):
+        lines = list(made[name].iter_rows(values_only=True))
+        at = next(index for index, row in enumerate(lines) if row[0] == above)
+        row = dict(zip(lines[at], lines[at + 1], strict=True))
+        shown = {heading: f"{row[heading] * 100.0:.1f}" for heading in wanted if heading in row}
+        assert shown and shown.items() <= wanted.items(), name
+    exact = {row.measured for bill in bills(report) for line in bill.lines for row in line.rows if row.element}
+    column = next(index for index, one in enumerate(COST_PARTS) if one.heading == "Certain")
+    assert bounds.lower in exact
+    assert {row[column] for row in made["Cost by element"].iter_rows(min_row=HEAD + 2, values_only=True)} >= exact
+
+
+def test_a_sigma_in_the_workbook_has_no_sign_and_its_offset_has_one() -> None:
+    sheet = book()["Elements"]
+    heads = [cell.value for cell in sheet[1]]
+    offset = heads.index("Offset [mm]")
+    row = next(row for row in sheet.iter_rows(min_row=2) if row[offset].data_type == "n")
+    assert row[offset].number_format.startswith("+")
+    assert row[heads.index("Offset sigma [mm]")].number_format == "0.0"
 
 
 def test_the_page_says_beside_the_formula_that_pieces_count_whole() -> None:

@@ -26,12 +26,12 @@ def finished_at(day: date) -> datetime:
 
 
 def days_past(finish: datetime, day: date) -> int:
-    """Return the days from a planned finish to a visit's day; 0 where it hasn't passed."""
+    """Return the days from a planned finish to a visit's day; 0 on its own day: work may go on after the photos."""
     return max(0, (day - finish.date()).days)
 
 
 def late_days(finish: datetime | None, late: bool | None, day: date) -> int | None:
-    """Return how many days something is late: past its planned finish, and seen not to be complete.
+    """Return how many days something is late: past the day of its planned finish, and seen not to be complete.
 
     The one meaning of "late", of tasks and of elements. 0: it isn't. None: unknown, or there is no planned finish.
     """

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
+from asbuilt_bim.progress.completion.rollup import weighted
+from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import CostProgress, ElementProgress, ShownState
 from asbuilt_bim.progress.valuation.bill import BillLine
 
@@ -55,9 +57,11 @@ OF_BILL_LINES: Mapping[str, Callable[[BillLine], Quantity]] = {
 }
 """As the valuation has it: overrides, changed rates and, where they count, observations included."""
 _SUMS = (
-    *("design_area_m2", "built_area_best_m2", "built_area_lower_m2", "built_area_upper_m2"),
-    *("design_volume_m3", "built_volume_best_m3", "built_volume_lower_m3", "built_volume_upper_m3"),
+    *("design_area_m2", "built_area_lower_m2", "built_area_upper_m2"),
+    *("design_volume_m3", "built_volume_lower_m3", "built_volume_upper_m3"),
 )
+_BESTS = {"built_area_best_m2": "design_area_m2", "built_volume_best_m3": "design_volume_m3"}
+"""The best estimates of a group, by what weighs its elements."""
 _COUNTS: Mapping[str, ShownState] = {
     "elements_complete": "complete",
     "elements_part": "part",
@@ -73,14 +77,22 @@ def _count(state: ShownState) -> Callable[[Sequence[ElementProgress]], Quantity]
 
 
 def _sum(name: str) -> Callable[[Sequence[ElementProgress]], Quantity]:
-    """Return the sum over elements; unknown where it is of one of them."""
+    return lambda members: sum(_amounts(name, members))
+
+
+def _best_of(weight: str) -> Callable[[Sequence[ElementProgress]], Quantity]:
+    """Return the best estimate of a group, as storeys and cost lines have it; unknown where under half was seen."""
 
     def of(members: Sequence[ElementProgress]) -> Quantity:
-        values = [OF_ELEMENTS[name](one) for one in members]
-        numbers = [float(value) for value in values if value is not None]
-        return sum(numbers) if len(numbers) == len(values) else None
+        amounts = _amounts(weight, members)
+        best = weighted(members, amounts, ProgressOptions()).best_shown
+        return None if best is None else best * sum(amounts)
 
     return of
+
+
+def _amounts(name: str, members: Sequence[ElementProgress]) -> list[float]:
+    return [float(value) for one in members if (value := OF_ELEMENTS[name](one)) is not None]
 
 
 def _measured(members: Sequence[ElementProgress]) -> Quantity:
@@ -94,4 +106,5 @@ OF_GROUPS: Mapping[str, Callable[[Sequence[ElementProgress]], Quantity]] = {
     **{name: _count(state) for name, state in _COUNTS.items()},
     "as_built_area_m2": _measured,
     **{name: _sum(name) for name in _SUMS},
+    **{name: _best_of(weight) for name, weight in _BESTS.items()},
 }

@@ -123,7 +123,7 @@ TABLES: dict[Table, tuple[Column, ...]] = {
         *_COMPLETION,
         _column("scheduled_share", "number", "Share that schedules get, 0 to 1: the lower bound."),
         _column("planned_share", "number", "Share that the plan wants by the visit, 0 to 1."),
-        _column("late", "boolean", "Whether the planned finish has passed and it isn't complete."),
+        _column("late", "boolean", "Whether the day of the planned finish has passed and it isn't complete."),
         _column("late_days", "integer", "Days from the planned finish to the visit, 0 where it isn't late."),
         _column(
             "behind_days",

@@ -1,6 +1,5 @@
 """Says in words what changed from one result to the next."""
 
-import math
 from collections.abc import Iterator
 from datetime import date
 from pathlib import Path
@@ -21,8 +20,6 @@ from asbuilt_bim.report.wording.completion import AT_LEAST, BEST, SEEN, best_wor
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.of_workbook.valuation_notes import kept_words
 from asbuilt_bim.report.wording.values import area, number, percent_certain, plain, rate, share_of_money, unit_sign
-
-SAME_AREA_M2 = 0.005  # half of the last decimal shown
 
 COUNTED = {Reason.DESIGN_OTHER_STOREY: "storey", Reason.DESIGN_OTHER_TASK: "task", Reason.DESIGN_RENAMED: "name"}
 
@@ -198,8 +195,8 @@ def _element(old: ElementProgress, new: ElementProgress) -> Iterator[str]:
     if old.shown_state != new.shown_state:
         yield f"{old.shown_state} -> {new.shown_state}"
     yield from _shares(old.completion, new.completion)
-    if _differ(old.as_built_area_m2, new.as_built_area_m2, SAME_AREA_M2):
-        was, now = area(old.as_built_area_m2), area(new.as_built_area_m2, new.as_built_sigma_m2)
+    was, now = (area(one.as_built_area_m2, one.as_built_sigma_m2) for one in (old, new))
+    if was != now:  # as it reads, and as the page compares it
         yield f"as-built area {was} -> {now}"
 
 
@@ -211,13 +208,6 @@ def _shares(old: Completion, new: Completion) -> Iterator[str]:
         SEEN: (seen_words(old), seen_words(new)),
     }
     yield from (f"{what} {was} -> {now}" for what, (was, now) in shown.items() if was != now)
-
-
-def _differ(old: float | None, new: float | None, same: float) -> bool:
-    """Say whether two values differ by more than `same`; unknown differs from every number."""
-    if old is None or new is None:
-        return old is not new
-    return not math.isclose(old, new, rel_tol=0.0, abs_tol=same)
 
 
 def _terms(before: ProgressReport, after: ProgressReport) -> Iterator[str]:

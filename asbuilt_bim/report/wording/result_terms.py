@@ -169,7 +169,7 @@ TERMS = {
     "finish_from": "Name of the schedule file that schedule_finish is from; empty where the IFC file gives it.",
     "actual_start": "First visit that saw something built; null where unknown.",
     "actual_finish": "Visit that saw all its elements complete, at least 97 % of each certain; null before.",
-    "late": "Planned finish has passed and it is not complete; null where unknown.",
+    "late": "The day of the planned finish has passed and it is not complete; null where unknown.",
     "late_days": "Days from the planned finish to the visit's day where it is late, 0 where not; null where unknown.",
     "forecast_finish": "Finish by what is certain, at the planned pace from the visit on; null where nothing says.",
     "TaskProgress.identification": "Identification of the task in the IFC file or the schedule.",

@@ -4,6 +4,8 @@ import math
 import re
 from datetime import date, datetime
 
+from asbuilt_bim.progress.money import rounded
+
 UNKNOWN = "unknown"
 _MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff\ufffe\uffff]")
@@ -66,19 +68,29 @@ def percent_range(lower: float, upper: float) -> str:
     return f"{math.floor(lower * 100 + 1e-9)} to {math.ceil(upper * 100 - 1e-9)} %"
 
 
+def cut_down(share: float) -> float:
+    """Return a lower bound in 0..1 to a tenth of a percent, never more than it is; of what was seen, too."""
+    return math.floor(share * 1000.0 + _EVEN) / 1000.0
+
+
+def cut_up(share: float) -> float:
+    """Return an upper bound in 0..1 to a tenth of a percent, never less than it is."""
+    return math.ceil(share * 1000.0 - _EVEN) / 1000.0
+
+
 def percent_down(share: float) -> str:
-    """Return a lower bound in percent, to a tenth, never more than it is."""
-    return f"{math.floor(share * 1000.0 + _EVEN) / 10.0:.1f}"
+    """Write a lower bound in percent, to a tenth, never more than it is."""
+    return f"{cut_down(share) * 100.0:.1f}"
 
 
 def percent_up(share: float) -> str:
-    """Return an upper bound in percent, to a tenth, never less than it is."""
-    return f"{math.ceil(share * 1000.0 - _EVEN) / 10.0:.1f}"
+    """Write an upper bound in percent, to a tenth, never less than it is."""
+    return f"{cut_up(share) * 100.0:.1f}"
 
 
 def number(value: float | None, decimals: int = 2) -> str:
-    """Write a number with its digits in groups of three; None is `unknown`."""
-    return UNKNOWN if value is None else f"{value:,.{decimals}f}".replace(",", _THIN)
+    """Write a number with its digits in groups of three, halves away from 0 as in a spreadsheet; None is `unknown`."""
+    return UNKNOWN if value is None else f"{rounded(value, decimals):,.{decimals}f}".replace(",", _THIN)
 
 
 def share_bounds(lower: float, upper: float) -> tuple[str, str]:
@@ -127,8 +139,8 @@ def millimetres(length_m: float | None, sigma_m: float | None = None) -> str:
     if length_m is None:
         return UNKNOWN
     sigma = "" if sigma_m is None else f" ± {sigma_m * 1000:.0f}"
-    rounded = round(length_m * 1000)
-    return f"{'−' if rounded < 0 else '+'}{abs(rounded)}{sigma} mm"
+    whole_mm = round(length_m * 1000)
+    return f"{'−' if whole_mm < 0 else '+'}{abs(whole_mm)}{sigma} mm"
 
 
 def millimetres_per_metre(angle_rad: float | None) -> str:

@@ -11,7 +11,7 @@ from asbuilt_bim.report.cost_rows import NO_CURRENCY, possible_of, possible_quan
 from asbuilt_bim.report.wording.of_workbook.columns import Column
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import BILL as COLUMNS
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import COST_PARTS
-from asbuilt_bim.report.wording.values import UNKNOWN, plain
+from asbuilt_bim.report.wording.values import UNKNOWN, cut_down, plain
 from asbuilt_bim.report.workbook.layout import BILL, HEAD, PARTS, PER_DESIGN, letter, letter_of
 from asbuilt_bim.report.workbook.sheet import (
     Cell,
@@ -97,7 +97,7 @@ def _line(sheet: Worksheet, row: int, bill: Bill, line: BillLine, parts_rows: in
         "Rate: why, by whom": line.rate_change.why if line.rate_change else "",
         "Contract rate": given.rate,
         "Sum of elements": Formula(_sum_of_elements(c, parts_rows), sum(one.certified for one in line.rows)),
-        "Coverage": given.completion.coverage,
+        "Coverage": cut_down(given.completion.coverage),
         "Elements": len(given.elements),
         "Not measured": given.others,
         "Bill": bill.number,

@@ -19,7 +19,7 @@ from asbuilt_bim.report.wording.of_workbook.valuation_columns import (
     VARIATIONS,
     WHY_NOTHING,
 )
-from asbuilt_bim.report.wording.values import percent_to_a_tenth
+from asbuilt_bim.report.wording.values import cut_down, cut_up, percent_to_a_tenth
 from asbuilt_bim.report.workbook.layout import HEAD, SPARE_VARIATIONS, letter
 from asbuilt_bim.report.workbook.sheet import (
     Cell,
@@ -139,7 +139,8 @@ def write_observations(
                 else "shown only"
             )
         cells: list[Cell] = [element.name or one.element, storeys.get(element.storey, NO_STOREY), one.day, one.share]
-        cells += [one.by, one.why, done.lower, done.best_shown, done.upper, element.last_seen or "", what, one.element]
+        cells += [one.by, one.why, cut_down(done.lower), done.best_shown, cut_up(done.upper)]
+        cells += [element.last_seen or "", what, one.element]
         write_row(sheet, row, cells, OBSERVATIONS, styles)
         for index in (2, 3, 4, 5):
             write_cell(sheet, row, index, cells[index], OBSERVATIONS[index].kind, styles, "person")

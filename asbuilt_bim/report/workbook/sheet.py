@@ -31,6 +31,7 @@ _KINDS: dict[str, dict[str, Any]] = {
     "percent2": {"num_format": "0.00%", "align": "right"},
     "left": {"num_format": "0", "align": "left", "indent": 1},
     "millimetres": {"num_format": "+0.0;-0.0;0.0", "align": "right"},
+    "sigma": {"num_format": "0.0", "align": "right"},
     "metres": {"num_format": "0.000", "align": "right"},
     "count": {"num_format": "0", "align": "right"},
     "date": {"num_format": "yyyy-mm-dd", "align": "left", "indent": 1},

@@ -37,7 +37,7 @@ from asbuilt_bim.report.wording.of_workbook.columns import (
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import BILL as BILL_COLUMNS
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import CERTIFICATES, COST_PARTS, OBSERVATIONS, VARIATIONS
 from asbuilt_bim.report.wording.reasons import words_of
-from asbuilt_bim.report.wording.values import plain
+from asbuilt_bim.report.wording.values import cut_down, cut_up, plain
 from asbuilt_bim.report.workbook.bill import write_bill
 from asbuilt_bim.report.workbook.layout import BILL, PARTS, VALUATION
 from asbuilt_bim.report.workbook.layout import CERTIFICATES as CERTIFICATES_SHEET
@@ -198,11 +198,13 @@ def _group(name: str, group: GroupProgress, photographed_m2: float | None) -> tu
         photographed_m2,
         group.as_built_area_m2 if seen else None,
         group.as_built_sigma_m2 if seen else None,
-        done.lower,
-        done.upper,
-        done.best_shown,
-        done.coverage,
+        *_shares(done.lower, done.upper, done.best_shown, done.coverage),
     )
+
+
+def _shares(lower: float, upper: float, best: float | None, seen: float) -> tuple[Cell, ...]:
+    """Lay out what is certain, possible, likely and seen: bounds cut outwards to the tenth of a percent that shows."""
+    return (cut_down(lower), cut_up(upper), best, cut_down(seen))
 
 
 def _element(row: ElementRow) -> tuple[Cell, ...]:
@@ -215,10 +217,7 @@ def _element(row: ElementRow) -> tuple[Cell, ...]:
         row.photographed_m2,
         row.as_built_area_m2,
         row.sigma_m2,
-        row.lower,
-        row.upper,
-        row.best,
-        row.coverage,
+        *_shares(row.lower, row.upper, row.best, row.coverage),
         row.offset_mm,
         row.offset_sigma_mm,
         row.tolerance,
@@ -240,10 +239,7 @@ def _task(row: TaskRow) -> tuple[Cell, ...]:
         row.name,
         *(date or "" for date in dates),
         row.knowledge,
-        done.lower,
-        done.upper,
-        done.best_shown,
-        done.coverage,
+        *_shares(done.lower, done.upper, done.best_shown, done.coverage),
         "" if row.planned is None else row.planned,
         row.behind_days if row.has_plan else "",
         row.behind_least_days if row.has_plan else "",
@@ -260,7 +256,18 @@ def _late(row: LateRow) -> tuple[Cell, ...]:
     """Lay out an element that is late, or may be."""
     days = row.late_days if row.is_sure else None
     what = "late" if row.is_sure else UNCLEAR
-    return (row.storey, row.name, row.global_id, row.state, row.lower, row.best, row.task, row.due, days, what)
+    return (
+        row.storey,
+        row.name,
+        row.global_id,
+        row.state,
+        cut_down(row.lower),
+        row.best,
+        row.task,
+        row.due,
+        days,
+        what,
+    )
 
 
 def _station(row: StationRow) -> tuple[Cell, ...]:

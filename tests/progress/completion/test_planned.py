@@ -14,6 +14,8 @@ from asbuilt_bim.progress.options import ProgressOptions
 from asbuilt_bim.progress.report import Completion, TaskProgress
 from asbuilt_bim.report.result.convert import report_from_document, report_to_document
 from asbuilt_bim.report.wording.notes import note_words
+from asbuilt_bim.report.wording.of_workbook.columns import TASKS
+from asbuilt_bim.report.wording.result_terms import TERMS
 from tests.report.sample_report import sample_report
 
 START, FINISH = datetime(2026, 3, 2, 0), datetime(2026, 3, 12, 0)  # ten days
@@ -205,3 +207,22 @@ def test_a_task_is_late_by_what_is_sure_not_to_be_complete(upper: float, late: b
         schedule_finish=FINISH,
     )
     assert task_progress(made, elements, {}, date(2026, 3, 16), ProgressOptions()).late is late
+
+
+@pytest.mark.parametrize(("day", "late", "days"), [(16, False, 0), (17, True, 1)])
+def test_on_the_day_of_its_planned_finish_a_task_is_wanted_whole_and_is_not_late_as_every_file_says(
+    day: int, late: bool, days: int
+) -> None:
+    elements = {e.global_id: replace(e, state="not started", completion=done(0.0)) for e in sample_report().elements}
+    made = Task(
+        global_id="T",
+        name="Walls",
+        identification="",
+        elements=tuple(elements),
+        schedule_start=START,
+        schedule_finish=datetime(2026, 3, 16, 17),
+    )
+    found = task_progress(made, elements, {}, date(2026, 3, day), ProgressOptions())
+    assert (found.planned, found.late, found.late_days) == (1.0, late, days)
+    said = [next(one.meaning for one in TASKS if one.heading == "Late"), TERMS["late"]]
+    assert all("day of the planned finish has passed" in words.casefold() for words in said)

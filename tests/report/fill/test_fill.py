@@ -20,10 +20,11 @@ from click.testing import CliRunner, Result
 from asbuilt_bim.cli import app
 from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import FillError, Rejection
-from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.report import NOTHING_SEEN, Completion, ProgressReport
 from asbuilt_bim.progress.valuation.bill import bills
 from asbuilt_bim.progress.valuation.inputs import RateChange, ValuationInputs
 from asbuilt_bim.progress.valuation.notes import with_valuation
+from asbuilt_bim.report.fill.quantities import OF_GROUPS
 from asbuilt_bim.report.fill.write import LEFT_S, Filled, fill_workbook, read_map, save_filled
 from asbuilt_bim.report.result.document import write_result
 from asbuilt_bim.report.workbook.write import write_workbook
@@ -222,6 +223,19 @@ def test_groups_add_up_over_class_storey_and_type(tmp_path: Path, result: Progre
         pytest.approx(wanted),
         sum(one.state == "complete" for one in walls),
     ]
+
+
+def test_a_group_has_a_best_estimate_where_half_of_it_was_seen_whatever_was_seen_of_one_of_them(
+    result: ProgressReport,
+) -> None:
+    seen, unseen = result.elements[:2]
+    seen = replace(seen, completion=Completion(best=0.8, lower=0.7, upper=0.9, coverage=1.0))
+    unseen = replace(unseen, completion=NOTHING_SEEN, best_when_seen=None)
+    for amount, name in (("design_area_m2", "built_area_best_m2"), ("design_volume_m3", "built_volume_best_m3")):
+        two = [replace(seen, **{amount: 6.0}), replace(unseen, **{amount: 4.0})]
+        assert OF_GROUPS[name](two) == pytest.approx(0.8 * 10.0), "as the completion of a storey is: 60 % were seen"
+        two[1] = replace(two[1], **{amount: 8.0})
+        assert OF_GROUPS[name](two) is None, "6 of 14 were seen"
 
 
 def bill_book(tmp_path: Path, result: ProgressReport) -> tuple[Path, Path]:

@@ -5,7 +5,9 @@ from pathlib import Path
 from asbuilt_bim.bim.schedule import EVERY_DAY, ScheduleSource
 from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
 from asbuilt_bim.errors import Rejection
+from asbuilt_bim.report.page.rows import since_rows
 from asbuilt_bim.report.wording.changes import changes, write_changes
+from asbuilt_bim.report.wording.values import area
 from tests.report.sample_report import renamed, sample_report
 
 
@@ -20,8 +22,18 @@ def test_the_same_result_has_no_changes():
 
 def test_noise_below_what_is_shown_is_no_change():
     report = sample_report()
-    area = report.elements[0].as_built_area_m2
-    assert changes(report, renamed(report, 0, as_built_area_m2=area + 0.004)) == ()
+    built = report.elements[0].as_built_area_m2
+    assert changes(report, renamed(report, 0, as_built_area_m2=built + 1e-4)) == ()
+
+
+def test_what_the_page_lists_since_the_visit_before_is_told_too_if_only_an_areas_sigma_reads_otherwise():
+    report = sample_report()
+    first = report.elements[0]
+    after = renamed(report, 0, as_built_sigma_m2=first.as_built_sigma_m2 + 0.02)
+    assert [row.now for row in since_rows(report, after)] == [after.elements[0]]
+    (line,) = changes(report, after)
+    was, now = (area(first.as_built_area_m2, e.as_built_sigma_m2) for e in (first, after.elements[0]))
+    assert line.endswith(f": as-built area {was} -> {now}")
 
 
 def test_an_element_seen_for_the_first_time_goes_from_unknown_to_a_number():

@@ -7,6 +7,7 @@ import io
 import re
 from dataclasses import replace
 from datetime import date, timedelta
+from pathlib import Path
 
 import openpyxl
 import pytest
@@ -125,8 +126,10 @@ def test_sums_are_named_cells_and_tables_are_named() -> None:
     sheet, place = made.defined_names["net_this_period_1"].attr_text.split("!")
     assert values[sheet.strip("'")][place.replace("$", "")].value == bills(report)[0].period.net
     assert {"retention_rate", "tax_rate", "signed_by", "signed_on", "payable_cumulative_2"} <= set(made.defined_names)
-    tables = {name for sheet in made for name in sheet.tables}
-    assert {"Bill", "CostByElement", "Variations", "Elements"} <= tables
+    tables = [name for sheet in made for name in sheet.tables]
+    assert tables == ["Bill", "CostByElement", "Variations", "Elements"]
+    said = (Path(__file__).parents[3] / "docs" / "valuation.md").read_text(encoding="utf-8")
+    assert f"Each table has a name: `{'`, `'.join(tables)}`; with its first row also `Certificates`" in said
 
 
 def test_every_sheet_prints_one_page_wide_in_columns_that_can_be_read() -> None:

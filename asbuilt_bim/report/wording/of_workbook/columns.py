@@ -78,7 +78,7 @@ ELEMENTS = (
         9,
         "Measured face minus design face, along the design's outward normal; the largest.",
     ),
-    _column("Offset sigma [mm]", "millimetres", 9, "One standard deviation of the offset."),
+    _column("Offset sigma [mm]", "sigma", 9, "One standard deviation of the offset."),
     _column("Tolerance", "text", 11, "in, out or undecided, by two sigma; empty where the project names no tolerance."),
     _column("Last seen", "date", 12, "Last visit that decided something on this element; empty where none did."),
     _column("Notes", "wrap", 46, "Remarks."),
@@ -123,7 +123,8 @@ TASKS = (
         "Late",
         "text",
         10,
-        "late: the planned finish has passed and the task is not complete; unknown where the photos don't show it.",
+        "late: the day of the planned finish has passed and the task is not complete; unknown where the photos don't "
+        "show it.",
     ),
     _column("Days late", "count", 8, "Days from the planned finish to the visit, 0 where it isn't late; as on Late."),
     _column(
