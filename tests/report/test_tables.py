@@ -296,7 +296,7 @@ def test_lines_of_two_cost_schedules_are_never_added_up() -> None:
 
 
 @pytest.mark.parametrize(
-    ("value", "text"), [(250.0, "250.00"), (6.9376, "6.938"), (6.25e-5, "0.0000625"), (0.0, "0.00")]
+    ("value", "text"), [(250.0, "250.00"), (6.9376, "6.9376"), (6.25e-5, "0.0000625"), (0.0, "0.00")]
 )
 def test_the_price_of_a_small_unit_keeps_its_digits(value: float, text: str) -> None:
     assert rate(value) == text
