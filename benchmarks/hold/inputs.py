@@ -1,7 +1,7 @@
 """Damaged inputs of every sort: each is read or refused in words, never with a traceback, never for ever.
 
 python benchmarks/hold/inputs.py --check --done FILE     12,000 by the readers, 1,500 by the command; hours, resumable
-python benchmarks/hold/inputs.py --check --quick         150 by the readers, 4 by the command
+python benchmarks/hold/inputs.py --check --quick         150 by the readers, 6 by the command
 
 A case is a seed: it says the sort of file, and what is done to its bytes (`readers.py`). A case is read in a process
 with limits of memory and time. `--done` notes each case as a line of JSON and takes up where an earlier run ended.
@@ -28,7 +28,7 @@ from benchmarks.hold.readers import Sort, damaged, sorts
 from benchmarks.sites import ONE_THREAD, ROOT, SAMPLE
 from benchmarks.table import Line, line, options, report, told
 
-CASES, COMMANDS, QUICK_CASES, QUICK_COMMANDS = 12_000, 1_500, 150, 4
+CASES, COMMANDS, QUICK_CASES, QUICK_COMMANDS = 12_000, 1_500, 150, 6
 FIRST_COMMAND = 10_000_000
 """Seeds of cases by the command begin here."""
 FINE = ("read", "refused")

@@ -1,7 +1,7 @@
 """Damaged photos: which are refused, and which are measured with wrong pixels and without a word.
 
 python benchmarks/hold/photos.py --check            3,000 damaged files of each way to store a photo, some ten minutes
-python benchmarks/hold/photos.py --check --quick    60
+python benchmarks/hold/photos.py --check --quick    120
 
 Photos of the sample are stored as cameras and programs do: JPEG baseline, optimised, progressive, with restart markers,
 grey, CMYK, and PNG of 8 and 16 bits. Then bits are turned, bytes lost, pieces exchanged or zeroed, files broken off. A
@@ -31,7 +31,7 @@ from benchmarks.hold.mutate import TORN, mutated
 from benchmarks.sites import SAMPLE
 from benchmarks.table import Line, line, options, report, told
 
-CASES, QUICK = 3000, 60
+CASES, QUICK = 3000, 120
 WRONG_GREY, WRONG_SHARE = 24, 0.02
 MOST_UNSAID = 0.01
 Q, RST, PROGRESSIVE = cv2.IMWRITE_JPEG_QUALITY, cv2.IMWRITE_JPEG_RST_INTERVAL, cv2.IMWRITE_JPEG_PROGRESSIVE
