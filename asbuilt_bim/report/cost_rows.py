@@ -10,6 +10,7 @@ from asbuilt_bim.progress.valuation.bill import BillLine, bills
 from asbuilt_bim.report.wording.values import plain
 
 NO_CURRENCY = "(no currency)"
+CENT = 0.01
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,6 +58,19 @@ def cost_groups(report: ProgressReport) -> tuple[CostGroup, ...]:
             )
         )
     return tuple(groups)
+
+
+def worths(line: BillLine) -> list[float]:
+    """Return what each row of a line is worth when it is finished, to the cent; they add up to the line's contract.
+
+    The row that is worth the most takes what rounding leaves. Where a line is gone, rounding isn't what is left.
+    """
+    own = [cents(row.quantity * line.rate) for row in line.rows]
+    left = line.contract - total(own)
+    if own and abs(left) <= CENT * len(own):
+        most = max(range(len(own)), key=lambda index: abs(own[index]))
+        own[most] = cents(own[most] + left)
+    return own
 
 
 def possible_share(element: ElementProgress, complete_from: float, *, pieces: bool, takes_off: bool) -> float:

@@ -7,6 +7,7 @@ from datetime import date
 from asbuilt_bim.codes import WHY_STATE
 from asbuilt_bim.progress.report import Completion, ElementProgress, ProgressReport, ShownState
 from asbuilt_bim.progress.valuation.bill import bills
+from asbuilt_bim.report.cost_rows import worths
 from asbuilt_bim.report.page.cuts import Cut, Photo, cuts_by_element
 from asbuilt_bim.report.page.elevation import ElementDrawing, element_drawings
 from asbuilt_bim.report.tables import NO_STOREY, storey_names
@@ -122,7 +123,7 @@ def _money(report: ProgressReport) -> dict[str, list[str]]:
     """
     found: dict[str, list[str]] = {}
     for line in (line for bill in bills(report) for line in bill.lines):
-        for row, (_, amount) in zip(line.rows, line.amounts(), strict=True):
+        for row, worth, (_, amount) in zip(line.rows, worths(line), line.amounts(), strict=True):
             if row.element is not None:
-                found.setdefault(row.global_id, []).append(worth_words(line, row, amount))
+                found.setdefault(row.global_id, []).append(worth_words(line, row, worth, amount))
     return found

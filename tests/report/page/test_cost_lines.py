@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
-from asbuilt_bim.progress.money import cents
+from asbuilt_bim.progress.money import cents, total
+from asbuilt_bim.progress.valuation.bill import bills
+from asbuilt_bim.report.cost_rows import worths
 from asbuilt_bim.report.page.write import page_html
 from tests.report.sample_report import sample_report
 
@@ -34,3 +36,14 @@ def test_pieces_are_whole_numbers() -> None:
     page = page_html(sample_report(), {})
     count = next(line for line in sample_report().cost_lines if line.measure == "count")
     assert f'data-label="Planned">{count.planned_quantity:.0f} ' in page
+
+
+def test_what_a_lines_elements_are_worth_when_finished_adds_up_to_the_contract() -> None:
+    report = sample_report()
+    uneven = tuple(replace(line, rate=line.rate + 0.0049) for line in report.cost_lines)
+    lines = [line for bill in bills(replace(report, cost_lines=uneven)) for line in bill.lines]
+    assert any(total(cents(row.quantity * line.rate) for row in line.rows) != line.contract for line in lines)
+    for line in lines:
+        assert total(worths(line)) == line.contract
+    gone = replace(lines[0], contract=0.0)
+    assert worths(gone) == [cents(row.quantity * gone.rate) for row in gone.rows]

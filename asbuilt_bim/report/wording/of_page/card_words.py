@@ -6,11 +6,11 @@ from asbuilt_bim.report.wording.completion import seen_words
 from asbuilt_bim.report.wording.values import day, number, percent_seen, plain
 
 
-def worth_words(line: BillLine, row: BillRow, amount: float) -> str:
+def worth_words(line: BillLine, row: BillRow, worth: float, amount: float) -> str:
     """Say what an element is worth in a cost line when it is finished, how much of that counts, and by whom."""
     given = line.line
     name = " ".join(part for part in (plain(given.identification), plain(given.name)) if part) or given.global_id
-    money = " ".join(part for part in (number(row.quantity * line.rate), plain(given.currency)) if part)
+    money = " ".join(part for part in (number(worth), plain(given.currency)) if part)
     counts = "certain"
     if row.override is not None:
         counts = f"certified, by the override of {plain(row.override.by) or 'a person'}"
