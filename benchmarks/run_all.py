@@ -2,7 +2,7 @@
 
 python benchmarks/run_all.py                      the smallest case of each, two at a time: some ten minutes
 python benchmarks/run_all.py --slow --out FOLDER  each whole, for hours; its figures go to FOLDER
-python benchmarks/run_all.py --brief              the same, but those that take minutes are only started
+python benchmarks/run_all.py --brief              the same, but those that take long are only started
 python benchmarks/run_all.py --only ifc           those whose path holds this text
 
 What lacks data (ASBUILT_BIM_DATA) or a package is skipped, and named. Exit code 1 where one crashes, takes too long, or
@@ -39,7 +39,7 @@ class Case:
     data: str = ""  # what it needs of the data folder
     room: str = ""  # what it needs of the project
     packages: tuple[str, ...] = ()
-    long: bool = False  # its smallest case takes over half a minute of a processor, and others run the same code
+    long: bool = False  # its smallest case takes over a quarter of a minute of a processor, and others run its code
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,7 +54,7 @@ class Outcome:
 
 CASES = (
     Case(script="site/site.py", quick="--quick --check", packages=RENDERER, long=True),
-    Case(script="faces/faces.py", packages=RENDERER),
+    Case(script="faces/faces.py", packages=RENDERER, long=True),
     Case(script="networks/networks.py", slow="", packages=RENDERER, long=True),
     Case(script="site/light.py", packages=RENDERER, long=True),
     Case(script="site/subsets.py", packages=RENDERER, long=True),
@@ -99,10 +99,10 @@ CASES = (
     Case(script="ifc/tools.py", quick="--check", packages=TOOLS),
     Case(script="ifc/schedule.py", quick="--check", packages=("ifc4d",)),
     Case(script="real/photos.py", slow="", data="photos", long=True),
-    Case(script="real/rigs.py", slow="", data="rigs"),
+    Case(script="real/rigs.py", slow="", data="rigs", long=True),
     Case(script="real/depth.py", quick="--check", slow="", data="stereo"),
     Case(script="real/planes.py", slow="", data="stereo"),
-    Case(script="real/repeats.py", slow="", data="stereo"),
+    Case(script="real/repeats.py", slow="", data="stereo", long=True),
     Case(script="real/whole_runs.py", slow="", data="stereo"),
     Case(script="valuation/valuation.py", quick="--quick --check"),
     Case(script="house/structure.py", quick="--check"),
@@ -157,7 +157,7 @@ def main() -> int:
     """Run them and print the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--slow", action="store_true", help="the whole cases, one after the other")
-    parser.add_argument("--brief", action="store_true", help="start those that take minutes, and no more")
+    parser.add_argument("--brief", action="store_true", help="start those that take long, and no more")
     parser.add_argument("--only", default="", help="those whose path holds this text")
     parser.add_argument("--out", type=Path, help="folder for the figures of each")
     parser.add_argument("--jobs", type=int, default=0, help="how many at a time; 2, of slow ones 1")
