@@ -133,10 +133,8 @@ def run_command(request: RunRequest, screen: Screen, when: datetime) -> int:
 def _warn_of_missing(project: Project, screen: Screen) -> None:
     """Say before anything is measured which photos aren't there: a mistyped path is mended in less than a run."""
     if missing := missing_photos(project):
-        rows = first_rows([f"  {line}" for line in missing])
-        screen.warn(
-            "\n".join(["photos aren't there; their stations are left out, so stop and correct the paths:", *rows])
-        )
+        what = "photos aren't there; their stations will be left out, unless you stop and correct the paths:"
+        screen.warn("\n".join([what, *first_rows([f"  {line}" for line in missing])]))
 
 
 def _warn(result: RunResult, project: Project, screen: Screen) -> bool:
