@@ -110,9 +110,7 @@ def with_panels(context: Context, templates: Environment) -> Context:
 def _to_look_at(report: ProgressReport, earlier: Sequence[ProgressReport]) -> Context:
     """Return what is wrong or in doubt, and what counts for nothing: of earlier visits, too."""
     lost = lost_before(earlier)
-    exposed = [
-        one for one in report.faces if one.role != "reveal" and one.exposed_area_m2 > 0.0
-    ]  # others aren't judged
+    exposed = [one for one in report.faces if one.role != "reveal" and one.exposed_area_m2 > 0.0]  # what is judged
     undecided = set(report.unobserved)
     told = {day.isoformat() for day, _ in lost}  # with their reasons: no note needs to say it once more
     notes = [n for n in report.notes if not (n.code is Reason.STATIONS_NOT_USED and n.subject.name in told)]
