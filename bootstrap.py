@@ -14,6 +14,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 SAMPLE = HERE / "sample_models" / "site" / "project.yaml"
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OPENCV_FOR_THREADS_NUM")
 USAGE = """usage: python bootstrap.py run [options of asbuilt-bim run]    set up, then run the sample site into ./out
        python bootstrap.py test [options of pytest]               set up for development, then run the tests"""
 
@@ -41,6 +42,8 @@ def main() -> int:
         )
         return 1
     if command == "test":
+        for threads in ONE_THREAD:  # a process for each processor: threads beside them would only wait for each other
+            os.environ.setdefault(threads, "1")
         return call([python, "-m", "pytest", *(rest or ["-n", "auto", "--dist", "loadfile"])])
     own = [] if rest and not rest[0].startswith("-") else [str(SAMPLE)]
     own += ["--out", str(Path.cwd() / "out")] if own and "--out" not in rest else []
@@ -74,6 +77,8 @@ def install(python: str, extra: str) -> None:
         return
     print("Installing asbuilt-bim and its libraries (the first time some 200 MB are downloaded)", flush=True)
     pip = [python, "-m", "pip", "install", "--disable-pip-version-check", "--no-input", "-q"]
+    if not sys.dont_write_bytecode:
+        pip += ["--no-compile"]  # what is imported is compiled then, and most is never imported: half a minute less
     subprocess.run([*pip, "-e", f"{HERE}[{extra}]"], check=True)
     stamps[0].write_text(wanted)
 
