@@ -149,6 +149,7 @@ class TaskProgress:
     others: int = 0  # building elements that it makes, too, and that are not measured here
     late_days: int | None = None  # from its planned finish to the visit's day where it is late, 0 where it isn't
     forecast_finish: datetime | None = None  # by what is certain, at the planned pace; None where nothing says when
+    forecast_earliest: datetime | None = None  # the same, if all that may be built is built
     ifc_finish: datetime | None = None  # its own in the IFC, where the schedule file dates elements of it otherwise
     finish_from: str = ""  # the schedule file that its planned finish is from; "": the IFC
 

@@ -42,6 +42,7 @@ class TaskRow:
     late: bool | None
     late_days: int | None  # past its planned finish, as an element's are; None: unknown, or there is no plan
     forecast_finish: datetime | None  # None: nothing says when
+    forecast_earliest: datetime | None  # the same, if all that may be built is built
     elements: int
     complete: int  # less those complete as far as seen
     as_far_as_seen: int
@@ -151,7 +152,7 @@ def _late_tasks(report: ProgressReport) -> str:
 
 
 def _task_row(task: TaskProgress, report: ProgressReport) -> TaskRow:
-    known, group = verdict(task), task.progress
+    known, group, ends = verdict(task), task.progress, forecast_of(task, report)
     return TaskRow(
         identification=task.identification,
         name=group.name or group.key,
@@ -170,7 +171,8 @@ def _task_row(task: TaskProgress, report: ProgressReport) -> TaskRow:
         behind_most_days=task.behind_most_days,
         late=task.late,
         late_days=late_days(task.schedule_finish, task.late, report.visit_date),
-        forecast_finish=forecast_of(task, report).finish,
+        forecast_finish=ends.finish,
+        forecast_earliest=ends.earliest,
         elements=len(group.elements),
         complete=group.surely_complete,
         as_far_as_seen=group.as_far_as_seen,

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from datetime import date, datetime
+from datetime import date, datetime, timedelta
 
 import pytest
 
@@ -202,6 +202,22 @@ def test_a_task_seen_complete_after_its_planned_finish_is_no_later_than_it_was_s
     second = report(tasks=(made,), half=1.5, day=LATER, history=first)
     (late,) = report(tasks=(made,), half=3.0, day=last, history=remember(EMPTY_HISTORY, second)).tasks
     assert (late.behind_days, late.behind_least_days, late.behind_most_days) == (20, 6, 20)
+
+
+def test_a_forecast_at_the_earliest_counts_as_built_what_may_be() -> None:
+    made = task("A", "B")  # from 1 March, 0:00, to 10 March, 17:00
+    (some,) = report(tasks=(made,), half=1.5).tasks
+    done, status = some.progress.completion, datetime(DAY.year, DAY.month, DAY.day) + timedelta(days=1)
+    planned = datetime(2026, 3, 10, 17) - datetime(2026, 3, 1)
+    assert some.forecast_finish is not None and some.forecast_earliest is not None
+    assert 0.0 < done.lower < done.upper < 1.0
+    assert abs(some.forecast_finish - (status + (1.0 - done.lower) * planned)) < timedelta(minutes=2)
+    assert abs(some.forecast_earliest - (status + (1.0 - done.upper) * planned)) < timedelta(minutes=2)
+    (full,) = report(tasks=(made,), half=3.0).tasks
+    assert full.forecast_earliest == full.forecast_finish == datetime(DAY.year, DAY.month, DAY.day, 17)
+    (maybe,) = report(tasks=(task("A", "C"),)).tasks  # nobody saw C
+    assert maybe.forecast_earliest == datetime(DAY.year, DAY.month, DAY.day, 17)
+    assert maybe.forecast_finish is not None and maybe.forecast_finish.date() > DAY
 
 
 def test_the_last_result_alone_tells_since_when_things_stand_and_which_visits_it_holds() -> None:

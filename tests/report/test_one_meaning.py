@@ -49,6 +49,7 @@ def dated(report: ProgressReport) -> ProgressReport:
             task,
             late_days=late_days(task.schedule_finish, task.late, day),
             forecast_finish=forecast(task, day, EVERY_DAY).finish,
+            forecast_earliest=forecast(task, day, EVERY_DAY).earliest,
         )
         for task in report.tasks
     ]
@@ -146,6 +147,20 @@ def test_late_forecast_and_finish_are_the_same_in_every_file_of_a_run(tmp_path: 
         assert row.forecast_finish is not None
         label = "Seen complete" if row.seen_complete else "Forecast finish"
         assert f'data-label="{label}"><span class="date">{row.forecast_finish:%Y-%m-%d}</span>' in page
+
+
+def test_the_best_case_of_a_forecast_is_the_same_in_every_file_and_never_after_the_forecast(tmp_path: Path) -> None:
+    report = dated(sample(tmp_path))
+    write_outputs(report, tmp_path, tmp_path)
+    known = {row.name: (row.forecast_earliest, row.forecast_finish) for row in task_rows(report)}
+    rows = list(csv.DictReader(io.StringIO((tmp_path / "tasks.csv").read_text(encoding="utf-8-sig"))))
+    assert {row["Name"]: day(row["ForecastEarliest"]) for row in rows} == {n: day(one) for n, (one, _) in known.items()}
+    head, *cells = openpyxl.load_workbook(tmp_path / "quantities.xlsx")["Tasks"].iter_rows(values_only=True)
+    column = head.index("Forecast finish, best case")
+    assert {row[0]: day(row[column]) for row in cells} == {name: day(one) for name, (one, _) in known.items()}
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    apart = [(one, end) for one, end in known.values() if one and end and one.date() != end.date()]
+    assert apart and all(one < end and f"best case {one:%Y-%m-%d}" in page for one, end in apart)
 
 
 def test_an_element_is_as_many_days_late_as_the_last_task_that_makes_it(tmp_path: Path) -> None:

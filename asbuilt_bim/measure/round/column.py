@@ -84,11 +84,6 @@ def round_face(
     )  # fmt: skip
 
 
-def outline_of_column(bench: Workbench, fit: RoundFit) -> FloatArray:
-    """Return the outline (N, 2) of a round column's visible lateral surface in rectified left pixels."""
-    return bench.pair.camera.project(_frame(bench, fit).from_uv(_visible_ring(fit)))
-
-
 def _visible_ring(fit: RoundFit) -> FloatArray:
     """Return the ring (N, 2) of the visible lateral surface, unrolled, in metres."""
     distance = float(np.hypot(fit.circle.x_m, fit.circle.z_m))

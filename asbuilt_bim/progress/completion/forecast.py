@@ -13,40 +13,42 @@ from asbuilt_bim.progress.report import ProgressReport, TaskProgress
 class Forecast:
     """A task's start and finish as they are now; None: nothing says when."""
 
-    start: datetime | None
-    finish: datetime | None
-
-
-NOTHING = Forecast(start=None, finish=None)
-"""Of a task of which nothing is known."""
+    start: datetime | None = None
+    finish: datetime | None = None  # by what is certain
+    earliest: datetime | None = None  # if all that may be built is built
 
 
 def forecast(task: TaskProgress, day: date, calendar: WorkCalendar) -> Forecast:
     """Return when a task has begun or will begin, and when it was or will be finished.
 
     What isn't certain yet of it takes its share of the planned working time, from the status date on. What hasn't begun
-    begins as planned, or now where that has passed. A finished one was finished on the day that saw it so. Links to
-    other tasks aren't followed: a planning program does that.
+    begins as planned, or now where that has passed. A finished one was finished on the day that saw it so. At the
+    earliest all that may be built is. Links to other tasks aren't followed: a planning program does that.
     """
     known = verdict(task)
     if known.share is None:
-        return NOTHING
+        return Forecast()
     if known.finished and task.actual_finish is not None:
-        return Forecast(start=begun_at(task.actual_start or task.actual_finish), finish=finished_at(task.actual_finish))
-    status, planned_h = status_moment(day), planned_hours(task, calendar)
-    if known.share > 0.0 or task.actual_start is not None:
-        left_h = None if planned_h is None else (1.0 - known.share) * planned_h
-        finish = None if left_h is None else _after(calendar, status, left_h)
-        return Forecast(start=begun_at(task.actual_start or day), finish=finish)
-    if task.schedule_start is None or planned_h is None or task.schedule_start >= status:
-        return Forecast(start=task.schedule_start, finish=task.schedule_finish)
-    return Forecast(start=_next_minute(calendar, status), finish=_after(calendar, status, planned_h))
+        ended = finished_at(task.actual_finish)
+        return Forecast(start=begun_at(task.actual_start or task.actual_finish), finish=ended, earliest=ended)
+    status, planned_h, upper = status_moment(day), planned_hours(task, calendar), task.progress.completion.upper
+    begun = known.share > 0.0 or task.actual_start is not None
+    if not begun and (task.schedule_start is None or planned_h is None or task.schedule_start >= status):
+        start, finish = task.schedule_start, task.schedule_finish
+    elif begun:
+        start, finish = begun_at(task.actual_start or day), _after(calendar, status, planned_h, 1.0 - known.share)
+    else:
+        start, finish = _next_minute(calendar, status), _after(calendar, status, planned_h)
+    left_h = planned_h if upper > 0.0 else None
+    soonest = finished_at(day) if upper >= 1.0 else _after(calendar, status, left_h, 1.0 - upper)
+    return Forecast(start=start, finish=finish, earliest=min(filter(None, (finish, soonest)), default=None))
 
 
 def forecast_of(task: TaskProgress, report: ProgressReport) -> Forecast:
     """Return the forecast that a result holds; of a result from before there was one, by the project's calendar."""
     found = forecast(task, report.visit_date, calendar_of(report))
-    return Forecast(start=found.start, finish=task.forecast_finish) if task.forecast_finish is not None else found
+    finish, earliest = task.forecast_finish or found.finish, task.forecast_earliest or found.earliest
+    return Forecast(start=found.start, finish=finish, earliest=earliest)
 
 
 def planned_hours(task: TaskProgress, calendar: WorkCalendar) -> float | None:
@@ -62,9 +64,9 @@ def working_hours(calendar: WorkCalendar, start: datetime, finish: datetime) -> 
     return calendar.hours(start, finish) or (finish - start).total_seconds() / 3600.0
 
 
-def _after(calendar: WorkCalendar, start: datetime, hours: float) -> datetime | None:
+def _after(calendar: WorkCalendar, start: datetime, hours: float | None, share: float = 1.0) -> datetime | None:
     try:
-        return calendar.after(start, hours)
+        return None if hours is None else calendar.after(start, share * hours)
     except ValueError:  # a calendar that ends: no finish is known
         return None
 

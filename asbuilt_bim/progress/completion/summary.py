@@ -135,13 +135,15 @@ def task_progress(
     )
     unfinished_on = _last(element.unfinished_on for element in members)
     best, least, most = days_behind(made, made.progress.completion, visit_date, calendar, unfinished_on)
+    ends = forecast(made, visit_date, calendar)
     return replace(
         made,
         behind_days=best,
         behind_least_days=least,
         behind_most_days=most,
         late_days=late_days(made.schedule_finish, made.late, visit_date),
-        forecast_finish=forecast(made, visit_date, calendar).finish,
+        forecast_finish=ends.finish,
+        forecast_earliest=ends.earliest,
     )
 
 

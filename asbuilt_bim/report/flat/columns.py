@@ -119,6 +119,7 @@ TABLES: dict[Table, tuple[Column, ...]] = {
         _column("seen_begun_date", "date", "First visit that saw something built."),
         _column("seen_complete_date", "date", "Visit that saw all elements complete, at least 97 % of each certain."),
         _column("forecast_finish", "datetime", "Finish by what is certain, at the planned pace."),
+        _column("forecast_earliest", "datetime", "Best case: the same if all that may be built is built."),
         _column("known", "string", "measured, part measured, measured 0 or unknown.", always=True),
         *_COMPLETION,
         _column("scheduled_share", "number", "Share that schedules get, 0 to 1: the lower bound."),

@@ -145,6 +145,7 @@ def _task(task: TaskRow) -> Row:
         "seen_begun_date": task.seen_begun,
         "seen_complete_date": task.seen_complete,
         "forecast_finish": task.forecast_finish,
+        "forecast_earliest": task.forecast_earliest,
         "known": task.knowledge,
         **_completion(task.completion),
         "scheduled_share": task.certain,

@@ -76,4 +76,5 @@ COLUMNS: dict[str, Callable[[TaskRow], str]] = {
     "Unknown": lambda row: str(row.unknown),
     "Note": lambda row: safe_cell(row.note),
     "CompleteAsFarAsSeen": lambda row: str(row.as_far_as_seen),
+    "ForecastEarliest": lambda row: _moment(row.forecast_earliest),
 }

@@ -172,6 +172,7 @@ TERMS = {
     "late": "The day of the planned finish has passed and it is not complete; null where unknown.",
     "late_days": "Days from the planned finish to the visit's day where it is late, 0 where not; null where unknown.",
     "forecast_finish": "Finish by what is certain, at the planned pace from the visit on; null where nothing says.",
+    "forecast_earliest": "The same in the best case, if all that may be built is built; null where nothing says.",
     "TaskProgress.identification": "Identification of the task in the IFC file or the schedule.",
     "outline": "Names of the summary tasks above it, the outermost first.",
     "links": "The task's predecessors.",

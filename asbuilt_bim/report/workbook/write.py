@@ -247,6 +247,7 @@ def _task(row: TaskRow) -> tuple[Cell, ...]:
         late,
         row.late_days if row.planned_finish else "",
         row.forecast_finish,
+        row.forecast_earliest,
         row.elements,
         row.complete,
     )

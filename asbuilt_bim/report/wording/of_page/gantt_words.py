@@ -31,10 +31,16 @@ def planned_words(task: TaskRow) -> str:
 def seen_row_words(task: TaskRow) -> str:
     """Say what was seen of a task, and when it will be finished."""
     begun = f"; seen begun {day(task.seen_begun)}" if task.seen_begun else ""
-    end = f"; forecast finish {day(task.forecast_finish)}" if task.forecast_finish else ""
+    end = f"; forecast finish {finish_words(task)}" if task.forecast_finish else ""
     if task.seen_complete is not None:
         end = f"; seen complete {day(task.seen_complete)}"
     return f"{in_words(task.completion)}{begun}{end}"
+
+
+def finish_words(task: TaskRow) -> str:
+    """Say when a task will be finished: from the best case to what is certain; "" where nothing says."""
+    known = (task.forecast_earliest, task.forecast_finish)
+    return " to ".join(dict.fromkeys(day(one) for one in known if one is not None))
 
 
 def lateness_words(task: TaskRow, today: date) -> str:

@@ -134,6 +134,7 @@ TASKS = (
         "By what is certain: the rest takes its share of the planned time from the visit on. "
         "Of a task seen complete the day of that visit.",
     ),
+    _column("Forecast finish, best case", "date", 12, "The same if all that may be built is built."),
     _column("Elements", "count", 10, "Walls and columns of the task."),
     _column("Complete", "count", 10, "Elements seen complete."),
 )
