@@ -330,6 +330,7 @@ class Reason(StrEnum):
     VISITS_GONE = "visits gone"  # that the earlier run in the folder counted
     OTHER_PROGRAM = "made by another program"  # the earlier run in the folder, or the last one under history
     CERTIFIED_PHOTOS_CHANGED = "photos changed since they were certified"
+    CERTIFIED_OTHERWISE = "certified other shares than the run says"
     BUILT_EARLY = "built before its tasks begin"  # several elements: of another storey, or day?
     PHOTOS_OF_SEVERAL_DAYS = "photos of several days"  # they disagree about several elements
     VISIT_TO_COME = "visit to come"  # its day is after that of the run

@@ -10,7 +10,8 @@ from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import CostError, WorkbookError
 from asbuilt_bim.flow.output.certified_photos import with_photos
 from asbuilt_bim.flow.output.folder import OutputFolder
-from asbuilt_bim.flow.output.kept import WORKBOOK
+from asbuilt_bim.flow.output.kept import SIGNED_WORKBOOKS, WORKBOOK, age_of
+from asbuilt_bim.flow.output.places import CURRENT
 from asbuilt_bim.progress.money import cents
 from asbuilt_bim.progress.report import CostProgress, ProgressReport
 from asbuilt_bim.progress.valuation.bill import BEFORE, bills
@@ -18,7 +19,7 @@ from asbuilt_bim.progress.valuation.inputs import NO_INPUTS, Paid, Terms, Valuat
 from asbuilt_bim.progress.valuation.known_again import paid_lines
 from asbuilt_bim.progress.valuation.notes import with_valuation
 from asbuilt_bim.project.file import ValuationFile
-from asbuilt_bim.report.workbook.read import LastWorkbook, read_last_workbook
+from asbuilt_bim.report.workbook.read import LastWorkbook, read_last_workbook, signed_number
 
 
 def last_workbook(
@@ -27,16 +28,34 @@ def last_workbook(
     """Return what the workbook in an output folder holds of persons; None where there is none, or nobody changed it.
 
     `before` is the current run's report, `named` the workbook that the project names: it counts in a folder without
-    one. One that nobody changed holds what its run's result holds. `as_it_stands`: see `read_last_workbook`.
+    one. One that nobody changed holds what its run's result holds; of a run after the current one it is read, since
+    that knows more: the pointer to the current run was put back. `as_it_stands`: see `read_last_workbook`.
 
     Raises:
-        WorkbookError: it can't be read; see `read_last_workbook`.
+        WorkbookError: it can't be read; see `read_last_workbook`. Or a signed one beside it was never carried on.
     """
-    copy = out.path / WORKBOOK
+    found = _last_workbook(out, before, named, as_it_stands)
+    known = found.inputs if found is not None else (before.valuation if before else None) or NO_INPUTS
+    for signed in sorted(out.path.glob(SIGNED_WORKBOOKS)):
+        number = signed_number(signed)
+        if number is not None and number >= known.number and not as_it_stands:
+            raise WorkbookError(
+                f"{signed}: is valuation {number}, signed, and the run that is current here doesn't know it: all of it "
+                f"would be due again. Was {out.path / CURRENT} put back from a backup? Put that file back as "
+                f"{WORKBOOK}, or move it out of this folder if it doesn't count"
+            )
+    return found
+
+
+def _last_workbook(
+    out: OutputFolder, before: ProgressReport | None, named: Path | None, as_it_stands: bool
+) -> LastWorkbook | None:
+    copy, current = out.path / WORKBOOK, out.current()
     if copy.is_file():
-        written = [run / WORKBOOK for run in (out.path / "runs").iterdir() if (run / WORKBOOK).is_file()]
-        unchanged = any(filecmp.cmp(copy, one, shallow=False) for one in written)
-        if unchanged and before is not None:
+        written = [run for run in (out.path / "runs").iterdir() if (run / WORKBOOK).is_file()]
+        same = [run for run in written if filecmp.cmp(copy, run / WORKBOOK, shallow=False)]
+        known = current is None or any(age_of(run) <= age_of(current.folder) for run in same)
+        if same and known and before is not None:
             return None
         return read_last_workbook(copy, as_it_stands=as_it_stands)
     return read_last_workbook(named) if named is not None and before is None else None

@@ -1,14 +1,53 @@
-"""Says where a visit that was certified rests on other photos now than when somebody signed."""
+"""Says where what was certified rests on other photos than now, or on other shares than its run's."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from hashlib import sha256
 
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.valuation.bill import bills
 from asbuilt_bim.progress.valuation.inputs import NO_INPUTS, ValuationInputs
+from asbuilt_bim.report.workbook.read import LastWorkbook
 
 MOST_NAMED = 5
+
+
+def signed_otherwise(last: LastWorkbook | None, before: ProgressReport | None) -> list[Note]:
+    """Return the note on shares that a workbook calls certain, as it was just signed, and the run `before` doesn't.
+
+    It is of another run, or numbers in it were typed over. The note stays until the next valuation is signed.
+    """
+    if before is None or before.valuation is None:
+        return []
+    known = before.valuation.certificates
+    if last is None or len(last.inputs.certificates) <= len(known):
+        return [note for note in before.notes if note.code is Reason.CERTIFIED_OTHERWISE]
+    rows = {
+        (line.line.global_id, row.global_id): row for bill in bills(before) for line in bill.lines for row in line.rows
+    }
+    other = [
+        (key, share, rows[key].measured)
+        for key, share in last.certain.items()
+        if key in rows and not math.isclose(share, rows[key].measured, rel_tol=1e-9, abs_tol=1e-9)
+    ]
+    if not other:
+        return []
+    names = {one.global_id: one.name or one.global_id for one in before.elements}
+    subject = about(SubjectKind.VISIT, before.visit_date.isoformat())
+    first = other[:MOST_NAMED]
+    return [
+        noted(
+            Reason.CERTIFIED_OTHERWISE,
+            subject,
+            number=last.inputs.certificates[-1].number,
+            elements=tuple(names.get(key, key) for (_, key), _, _ in first),
+            signed=tuple(share for _, share, _ in first),
+            of_run=tuple(share for _, _, share in first),
+            others=len(other) - len(first),
+        )
+    ]
 
 
 def with_photos(inputs: ValuationInputs, before: ProgressReport | None) -> ValuationInputs:

@@ -6,6 +6,7 @@ of its own.
 
 import contextlib
 import errno
+import hashlib
 import json
 import os
 import shutil
@@ -30,6 +31,7 @@ from asbuilt_bim.flow.output.places import (
 from asbuilt_bim.storage.atomic_write import PART, flush, flush_tree, replace_bytes
 from asbuilt_bim.storage.strict_json import parse_json
 
+RESULT = "result.json"
 _HELD = (errno.EACCES, errno.EAGAIN, errno.EDEADLK)
 
 
@@ -89,7 +91,7 @@ class OutputFolder:
             staging.rename(final)
             flush(final.parent)
             if not set_aside:
-                replace_bytes(self.path / CURRENT, _pointer(final.name, when, ifc))
+                replace_bytes(self.path / CURRENT, _pointer(final, when, ifc))
         except BaseException as problem:
             shutil.rmtree(staging, ignore_errors=True)
             if not self._points_at(final):
@@ -184,7 +186,7 @@ def read_current(path: Path) -> CurrentRun | None:
     """Return what `current.json` in an output folder points at, None where there is none.
 
     Raises:
-        OutputError: the file is damaged or points out of the folder.
+        OutputError: the file is damaged or points out of the folder, or somebody changed the run's result since.
     """
     pointer = path / CURRENT
     try:
@@ -197,9 +199,32 @@ def read_current(path: Path) -> CurrentRun | None:
     known = isinstance(plain, dict) and plain.get("format") == "asbuilt-bim/current" and plain.get("version") == 1
     if not known or not isinstance(run, str) or not RUN_NAME.fullmatch(run.removeprefix("runs/")):
         raise OutputError(f"{pointer}: isn't a file of this program's; delete it to start anew, the runs stay")
+    _check_result(path / run / RESULT, plain.get("result_sha256"), path)
     more = plain.get("more_ifc", [])
     models = (plain.get("ifc", ""), *(more if isinstance(more, list) else ()))
     return CurrentRun(folder=path / run, ifc=tuple(str(model) for model in models))
+
+
+def _check_result(result: Path, digest: object, folder: Path) -> None:
+    """Check that a result is as its run wrote it; `digest` is None in folders of before there was one.
+
+    Raises:
+        OutputError: it isn't: people are paid from it, so it counts for nothing.
+    """
+    if not isinstance(digest, str) or not result.is_file() or _sha256(result) == digest:
+        return
+    copy = folder / RESULT
+    whole = copy.is_file() and _sha256(copy) == digest
+    remedy = f"{copy} is as it was: copy it there" if whole else "put it back from a backup"
+    raise OutputError(
+        f"{result}: was changed since its run wrote it, so nothing is made from it; {remedy}. Or delete "
+        f"{folder / CURRENT} to start anew, the runs stay"
+    )
+
+
+def _sha256(file: Path) -> str:
+    with file.open("rb") as opened:
+        return hashlib.file_digest(opened, "sha256").hexdigest()
 
 
 def output_error(
@@ -221,12 +246,13 @@ def output_error(
     )
 
 
-def _pointer(run: str, when: datetime, ifc: Sequence[str]) -> bytes:
+def _pointer(run: Path, when: datetime, ifc: Sequence[str]) -> bytes:
     """Return what `current.json` says of a run."""
     pointer = {
         "format": "asbuilt-bim/current",
         "version": 1,
-        "run": f"runs/{run}",
+        "run": f"runs/{run.name}",
+        **({"result_sha256": _sha256(run / RESULT)} if (run / RESULT).is_file() else {}),
         "ifc": ifc[0],
         **({"more_ifc": list(ifc[1:])} if len(ifc) > 1 else {}),
         "written": when.astimezone(UTC).isoformat(timespec="seconds"),

@@ -13,6 +13,8 @@ from asbuilt_bim.report.workbook.layout import VALUATION
 from asbuilt_bim.storage.xlsx_file import read_xlsx
 
 WORKBOOK = "quantities.xlsx"
+SIGNED_WORKBOOKS = "quantities.signed-*.xlsx"
+"""What is kept of those that were signed."""
 
 
 def keep_edited(folder: Path, relative: Path) -> Path | None:
@@ -54,7 +56,7 @@ def kept_runs(runs: Path, keep: int | None, in_use: Collection[Path]) -> list[Pa
 
     Those in use stay, however old. What isn't a run is left alone, and so is one that is open in another program.
     """
-    there = sorted((run for run in runs.iterdir() if RUN_NAME.fullmatch(run.name)), key=_age, reverse=True)
+    there = sorted((run for run in runs.iterdir() if RUN_NAME.fullmatch(run.name)), key=age_of, reverse=True)
     for run in there[keep:] if keep is not None else ():
         if run not in in_use:
             _remove(run)
@@ -70,7 +72,7 @@ def bytes_of(folder: Path) -> int:
     return total
 
 
-def _age(run: Path) -> tuple[str, int]:
+def age_of(run: Path) -> tuple[str, int]:
     """Return what runs are ordered by: the moment, then the count of those of one moment."""
     parts = run.name.split("-")
     return parts[0], int(parts[2]) if len(parts) > 2 else 1

@@ -13,7 +13,7 @@ from asbuilt_bim.codes import REVISIONS, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import AsBuiltError, ResultError
 from asbuilt_bim.flow.measure_visit import Progress
 from asbuilt_bim.flow.output.carried_on import check_currency, inputs_of, last_workbook, with_last
-from asbuilt_bim.flow.output.certified_photos import photo_changes, photos_of
+from asbuilt_bim.flow.output.certified_photos import photo_changes, photos_of, signed_otherwise
 from asbuilt_bim.flow.output.folder import OutputFolder, Published
 from asbuilt_bim.flow.output.places import CHANGES
 from asbuilt_bim.flow.pipeline import RunResult
@@ -195,7 +195,7 @@ def with_visits_gone(result: RunResult, before: ProgressReport | None) -> RunRes
     if before is None:
         return result
     counted = {*before.earlier_visits, before.visit_date} - {*last.earlier_visits, last.visit_date}
-    gone = tuple(day.isoformat() for day in sorted(counted) if day < last.visit_date)
+    gone = tuple(day.isoformat() for day in sorted(counted))
     note = noted(Reason.VISITS_GONE, about(SubjectKind.VISIT, last.visit_date.isoformat()), visits=gone)
     reports = (*result.reports[:-1], replace(last, notes=(note, *last.notes)))
     return replace(result, reports=reports) if gone else result
@@ -227,7 +227,9 @@ def with_persons(
         inputs = inputs_again(inputs, before, result.reports[-1], remapped_ids(before, result.design))
     check_currency(result.reports[-1].cost_lines, inputs, (project.costs,) if project.costs else project.ifc)
     inputs = replace(inputs, photos=photos_of(result.reports))
-    last_report = with_valuation(result.reports[-1], inputs, (*notes, *photo_changes(inputs)))
+    last_report = with_valuation(
+        result.reports[-1], inputs, (*notes, *photo_changes(inputs), *signed_otherwise(last, before))
+    )
     return replace(result, reports=(*result.reports[:-1], last_report))
 
 

@@ -41,7 +41,8 @@ def progress_of(
     told = [_disagreement(element, cells, stations)] if conflict else []
     if was is not None:
         built, conflict = was.cells_built, was.cells_conflict
-        told = [note for note in was.notes if note.code in (Reason.PHOTOS_DISAGREE, Reason.SEEN_TO_TOP)]
+        kept = (note for note in was.notes if note.code in (Reason.PHOTOS_DISAGREE, Reason.SEEN_TO_TOP))
+        told = [replace(note, values={"day": str(was.last_seen), **note.values}) for note in kept]
         state, why, completion = _not_seen_now(was, why, completion)
     elif not stations and completion.best is not None and completion.lower < options.complete_from:
         state, why, completion = "unknown", Reason.NOT_SEEN_AGAIN, replace(completion, best=None)

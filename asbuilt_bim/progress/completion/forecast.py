@@ -54,9 +54,7 @@ def forecast_of(task: TaskProgress, report: ProgressReport) -> Forecast:
 def planned_hours(task: TaskProgress, calendar: WorkCalendar) -> float | None:
     """Return the planned working hours; all hours where the plan lies in time that isn't worked."""
     start, finish = task.schedule_start, task.schedule_finish
-    if start is None or finish is None or finish < start:
-        return None
-    return working_hours(calendar, start, finish)
+    return None if start is None or finish is None or finish < start else working_hours(calendar, start, finish)
 
 
 def working_hours(calendar: WorkCalendar, start: datetime, finish: datetime) -> float:

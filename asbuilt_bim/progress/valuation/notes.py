@@ -19,6 +19,7 @@ _OF_LINES = {
 }
 OF_MONEY = _OF_LINES | {
     *(Reason.COST_UNIT_UNKNOWN, Reason.COST_PAID_TWICE, Reason.COST_COVER_UNKNOWN, Reason.CERTIFIED_PHOTOS_CHANGED),
+    Reason.CERTIFIED_OTHERWISE,
 }
 """Codes of notes on lines for which too much or too little may be paid: they stand beside what is due."""
 CODES = _OF_LINES | {

@@ -18,6 +18,7 @@ from asbuilt_bim.progress.revision import assignment_changes, design_changes, el
 from asbuilt_bim.report.tables import station_rows, storey_names
 from asbuilt_bim.report.wording.completion import AT_LEAST, BEST, SEEN, best_words, seen_words
 from asbuilt_bim.report.wording.notes import note_words
+from asbuilt_bim.report.wording.of_workbook.decisions import decision_changes
 from asbuilt_bim.report.wording.of_workbook.valuation_notes import kept_words
 from asbuilt_bim.report.wording.values import area, number, percent_certain, plain, rate, share_of_money, unit_sign
 
@@ -25,7 +26,7 @@ COUNTED = {Reason.DESIGN_OTHER_STOREY: "storey", Reason.DESIGN_OTHER_TASK: "task
 
 
 def changes(before: ProgressReport, after: ProgressReport) -> tuple[str, ...]:
-    """Return one line a change: visits and what they rest on, stations, storeys, tasks, cost lines, elements."""
+    """Return one line a change: visits and what they rest on, stations, storeys, tasks, decisions, costs, elements."""
     before = named_again(before, after)
     return (
         *_visits(before, after),
@@ -34,6 +35,7 @@ def changes(before: ProgressReport, after: ProgressReport) -> tuple[str, ...]:
         *_storeys(before, after),
         *_tasks(before, after),
         *_terms(before, after),
+        *decision_changes(before, after),
         *cost_changes(before, after),
         *_elements(before, after),
     )

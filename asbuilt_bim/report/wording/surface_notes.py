@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 from asbuilt_bim.codes import Note, Reason, Value
 from asbuilt_bim.report.wording.template import Template, filled
-from asbuilt_bim.report.wording.values import percent
+from asbuilt_bim.report.wording.values import percent, plain
 
 HUES = (
     (30.0, "red"), (65.0, "red-brown"), (82.0, "yellow-brown"), (105.0, "yellow"), (190.0, "green"), (300.0, "blue"),
@@ -37,8 +37,8 @@ def photos_disagree(kind: str, name: str, stations: Sequence[str], where: str = 
 
 def _disagree(note: Note) -> str:
     values = note.values
-    stations = values["stations"]
-    names = [str(name) for name in stations] if isinstance(stations, tuple) else []
+    stations, day = values["stations"], f" of {values['day']}" if "day" in values else ""
+    names = [f"{name}{day}" for name in stations] if isinstance(stations, tuple) else []
     return photos_disagree(str(values["kind"]), str(values["element"]), names, torn_heights(values))
 
 
@@ -85,6 +85,22 @@ def _photos_changed(note: Note) -> str:
     )
 
 
+def _certified_otherwise(note: Note) -> str:
+    names, signed, certain = (note.values[key] for key in ("elements", "signed", "of_run"))
+    assert isinstance(names, tuple) and isinstance(signed, tuple) and isinstance(certain, tuple)
+    shares = zip(names, signed, certain, strict=True)
+    told = "; ".join(
+        f"{plain(str(n))} {percent(float(str(a)))}, and {percent(float(str(b)))} in the run" for n, a, b in shares
+    )
+    more = ", and {others} more" if note.values["others"] else ""
+    return (
+        filled("Valuation {number} was signed on other shares than those of the run that was current here: ", note)
+        + told
+        + filled(f"{more}. Either the workbook is of another run, or its numbers were typed over. What was certified "
+                 "stays. Ask who signed it; what somebody decides belongs into an override, with name and reason", note)
+    )  # fmt: skip
+
+
 def _not_used(note: Note) -> str:
     stations = note.values["stations"]
     count = len(stations) if isinstance(stations, tuple) else 1
@@ -126,8 +142,10 @@ SURFACE_NOTES: Mapping[Reason, Template] = {
     Reason.PHOTOS_IN_PROJECT: "The project has these photos already, as {stations:list}{more}. They count there, "
     "and once",
     Reason.CERTIFIED_PHOTOS_CHANGED: _photos_changed,
+    Reason.CERTIFIED_OTHERWISE: _certified_otherwise,
     Reason.VISITS_GONE: "The last run counted what was seen on {visits:list}, and this one doesn't: the project file "
-    "lacks it. Put it back, or name that visit's result under history",
+    "lacks it, or --visit names an earlier one. Put it back, name that visit's result under history, or run without "
+    "--visit",
     Reason.OTHER_PROGRAM: "The last run was made by another version of the program ({program}): what changed may come "
     "from that alone",
     Reason.BUILT_EARLY: "{count:# element is|# elements are} built though the schedule begins them after this visit "

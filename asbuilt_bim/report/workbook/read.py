@@ -57,6 +57,9 @@ class LastWorkbook:
     inputs: ValuationInputs
     notes: tuple[Note, ...]
     certified: Mapping[int, float | None] = field(default_factory=dict)  # by line's number in its bill
+    certain: Mapping[tuple[str, str], float] = field(
+        default_factory=dict
+    )  # by line and GlobalId: the share it calls so
 
 
 def read_last_workbook(path: Path, *, as_it_stands: bool = False) -> LastWorkbook:
@@ -85,6 +88,7 @@ def read_last_workbook(path: Path, *, as_it_stands: bool = False) -> LastWorkboo
     earlier = _certificates(book, path)
     bill = _Bill(path=path, lines=lines, parts=parts if signed or earlier else (), signed=signed is not None)
     own = _certificate(book, signed, path) if signed else None
+    _check_days(earlier, own, path)
     terms = Terms(retention=_rate_of(book, "retention_rate", path), tax=_rate_of(book, "tax_rate", path))
     inputs = ValuationInputs(
         terms=terms,
@@ -101,7 +105,20 @@ def read_last_workbook(path: Path, *, as_it_stands: bool = False) -> LastWorkboo
         _check_parts(lines, parts, path)
     _check_sums(inputs, path, signed=signed is not None)
     certified = {int(_number(row, "No.", path, "line")): _plain(row.get("Certified amount")) for row in lines}
-    return LastWorkbook(inputs=inputs, notes=tuple(notes), certified=certified)
+    keys = {row["No."]: _text(row, "Key") for row in lines}
+    shares = {(keys.get(row["No."], ""), _text(row, "GlobalId")): _plain(row.get("Certain")) for row in parts}
+    certain = {key: share for key, share in shares.items() if share is not None}
+    return LastWorkbook(inputs=inputs, notes=tuple(notes), certified=certified, certain=certain)
+
+
+def signed_number(path: Path) -> int | None:
+    """Return the number of the valuation that a workbook is, signed; None where it is none, or can't be read."""
+    try:
+        book = read_xlsx(path, WorkbookError, (VALUATION,))
+        number = book.at("valuation_number")
+        return int(number) if _signature(book, path) and isinstance(number, int | float) else None
+    except WorkbookError:
+        return None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -302,6 +319,24 @@ def _certificates(book: XlsxFile, path: Path) -> tuple[Certificate, ...]:
             )
         )
     return tuple(made[number] for number in sorted(made))
+
+
+def _check_days(earlier: Sequence[Certificate], own: Certificate | None, path: Path) -> None:
+    """Check that a valuation was signed after its visit, and not before the one before it.
+
+    Raises:
+        WorkbookError: it wasn't: the day is mistyped.
+    """
+    last = earlier[-1] if earlier else None
+    for day, what in (
+        (own.visit, "its visit") if own else (date.min, ""),
+        (last.signed_on, f"valuation {last.number} was signed") if last else (date.min, ""),
+    ):
+        if own is not None and own.signed_on < day:
+            raise WorkbookError(
+                f"{path}: valuation {own.number} is signed on {own.signed_on.isoformat()}, before {what} "
+                f"({day.isoformat()}); correct the day on '{VALUATION}' and save"
+            )
 
 
 def _certificate(book: XlsxFile, signed: tuple[str, date], path: Path) -> Certificate:

@@ -66,6 +66,45 @@ def test_terms_that_a_surveyor_typed_outlast_those_of_a_project_file_that_stays_
     assert inputs_of(changed, None, with_valuation(sample_report(), third))[0].terms == Terms(retention=0.03, tax=0.0)
 
 
+def certified(report: ProgressReport) -> ProgressReport:
+    return with_valuation(report, signed(with_valuation(report, ValuationInputs())))
+
+
+def test_a_certificate_outlasts_a_pointer_that_was_put_back_from_before_it(tmp_path: Path) -> None:
+    before = with_valuation(sample_report(), ValuationInputs())
+    out = folder(tmp_path, before)
+    later = tmp_path / "runs" / "20260318T120000Z-00000000"
+    later.mkdir()
+    write_workbook(certified(sample_report()), later / "quantities.xlsx")
+    (tmp_path / "quantities.xlsx").write_bytes((later / "quantities.xlsx").read_bytes())
+    last = last_workbook(out, before)
+    assert last is not None and [one.number for one in last.inputs.certificates] == [1]
+
+
+def test_an_older_runs_workbook_takes_no_certificate_from_the_current_run(tmp_path: Path) -> None:
+    now = certified(sample_report())
+    out = folder(tmp_path, now)
+    older = tmp_path / "runs" / "20260301T120000Z-00000000"
+    older.mkdir()
+    write_workbook(with_valuation(sample_report(), ValuationInputs()), older / "quantities.xlsx")
+    (tmp_path / "quantities.xlsx").write_bytes((older / "quantities.xlsx").read_bytes())
+    assert last_workbook(out, now) is None  # a run that was cut off before its copies: the result counts
+
+
+def test_a_signed_workbook_that_nothing_knows_any_more_is_never_due_again(tmp_path: Path) -> None:
+    before = with_valuation(sample_report(), ValuationInputs())
+    out = folder(tmp_path, before)
+    kept = tmp_path / "quantities.signed-20260320T120000Z.xlsx"
+    kept.write_bytes((tmp_path / "quantities.xlsx").read_bytes())
+    typed(kept, {("", "signed_by"): "A", ("", "signed_on"): date(2026, 3, 20)})
+    with pytest.raises(WorkbookError, match="is valuation 1, signed, and the run that is current here doesn't know it"):
+        last_workbook(out, before)
+    now = certified(sample_report())
+    assert last_workbook(folder(tmp_path / "other", now), now) is None
+    (tmp_path / "other" / kept.name).write_bytes(kept.read_bytes())
+    assert last_workbook(OutputFolder(path=tmp_path / "other"), now) is None  # known: nothing to say
+
+
 def test_a_workbook_that_nobody_changed_is_what_its_result_says(tmp_path: Path) -> None:
     before = with_valuation(sample_report(), ValuationInputs(terms=Terms(retention=0.1, tax=0.0)))
     assert last_workbook(folder(tmp_path, before), before) is None
@@ -201,6 +240,33 @@ def test_a_visit_that_was_certified_and_rests_on_other_photos_now_is_named_until
     assert told(run(on_photos(plain, A="a", B="b", C="c"), changed)) == []
     again = LastWorkbook(inputs=replace(signed(changed), photos={}), notes=(), certified={})
     assert told(run(on_photos(plain, A="a", B="other", D="d"), changed, again)) == []
+
+
+def test_shares_that_a_signed_workbook_calls_certain_and_its_run_does_not_are_named_until_the_next_is_signed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(publish, "remapped_ids", lambda before, design: {})
+    project: Any = SimpleNamespace(valuation=PROJECT, costs=Path("boq.csv"), ifc=())
+
+    def run(before: ProgressReport | None, last: LastWorkbook | None = None) -> ProgressReport:
+        result: Any = make_dataclass("Run", ["reports", "past", "design"])((plain,), (), None)
+        return with_persons(result, project, before, last).reports[-1]
+
+    def told(report: ProgressReport) -> list[str]:
+        return [note_words(note) for note in report.notes if note.code is Reason.CERTIFIED_OTHERWISE]
+
+    plain = in_currency(sample_report(), "EUR")
+    out = folder(tmp_path, first := run(None))
+    book = typed(tmp_path / "quantities.xlsx", {("", "signed_by"): "A", ("", "signed_on"): date(2026, 3, 20)})
+    last = last_workbook(out, first)
+    assert last is not None and last.certain and told(run(first, last)) == []
+    (key, was), *_ = last.certain.items()
+    other = replace(last, certain={**last.certain, key: was + 0.25})
+    second = run(first, other)
+    (words,) = told(second)
+    assert "Valuation 1 was signed on other shares than those of the run" in words and book.is_file()
+    assert told(run(second)) == [words]
+    assert told(run(second, LastWorkbook(inputs=signed(second), notes=(), certified={}))) == []
 
 
 @pytest.mark.parametrize("spelt", ["€", "eur", "Euro"])

@@ -95,6 +95,27 @@ def test_what_a_person_drew_on_a_picture_is_kept_beside_the_new_one(tmp_path: Pa
     assert (tmp_path / "overlays/A1.jpg").read_text() == "picture" and len(warnings) == 2
 
 
+def test_nothing_is_made_from_a_result_that_was_changed_since_its_run_wrote_it(tmp_path: Path) -> None:
+    with open_output(tmp_path) as out:
+        run = publish(out, "measured").folder
+        (run / "result.json").write_text("a wall more")
+        with pytest.raises(OutputError, match=r"was changed since its run wrote it.*is as it was: copy it there"):
+            out.current()
+        (tmp_path / "result.json").write_text("a wall more")
+        with pytest.raises(OutputError, match="put it back from a backup"):
+            out.current()
+        (run / "result.json").write_text("measured")
+        assert out.current() is not None
+
+
+def test_a_folder_of_before_results_had_digests_is_read(tmp_path: Path) -> None:
+    with open_output(tmp_path) as out:
+        publish(out, "one")
+        pointer = json.loads((tmp_path / "current.json").read_text())
+        (tmp_path / "current.json").write_text(json.dumps({k: v for k, v in pointer.items() if k != "result_sha256"}))
+        assert "result_sha256" in pointer and out.current() is not None
+
+
 def test_two_runs_in_one_second_do_not_share_a_folder(tmp_path: Path) -> None:
     with open_output(tmp_path) as out:
         assert publish(out, "one").folder != publish(out, "two").folder

@@ -102,16 +102,14 @@ def test_making_outputs_again_on_a_full_disk_is_said_in_one_line(
             publish_again(out, (), NOON)
 
 
-def test_a_visit_that_the_last_run_counted_and_this_one_lacks_is_told_and_one_that_is_still_to_come_is_not(
-    project: Project,
-) -> None:
+def test_visits_that_the_last_run_counted_and_this_one_lacks_are_told_the_later_ones_too(project: Project) -> None:
     result = _result(project)
     alone = replace(result.reports[-1], earlier_visits=())
     later = replace(alone, visit_date=date(2026, 4, 1), earlier_visits=(EARLIER, TODAY))
     told = with_visits_gone(replace(result, reports=(alone,)), later).reports[-1].notes
     (note,) = [one for one in told if one.code is Reason.VISITS_GONE]
-    assert note.values["visits"] == (EARLIER.isoformat(),)
-    kept = replace(alone, earlier_visits=(EARLIER,))
+    assert note.values["visits"] == (EARLIER.isoformat(), "2026-04-01")
+    kept = replace(later, notes=())
     assert with_visits_gone(replace(result, reports=(kept,)), later).reports == (kept,)
     assert with_visits_gone(replace(result, reports=(alone,)), None).reports == (alone,)
 

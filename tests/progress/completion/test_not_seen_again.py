@@ -20,6 +20,7 @@ from asbuilt_bim.progress.history import EMPTY_HISTORY, VisitHistory, remember
 from asbuilt_bim.progress.report import ElementProgress, ProgressReport
 from asbuilt_bim.progress.states.likelihood import MOST_NATS
 from asbuilt_bim.progress.surface import SurfaceState
+from asbuilt_bim.report.wording.notes import note_words
 from tests.match.small_site import box, element, model
 from tests.notes import codes
 from tests.progress.states.test_decide import BACK, FRONT, NOTHING, OPTIONS, SAMPLES, UP_M, WALL, judged
@@ -51,6 +52,10 @@ def seen_once(odds: FloatArray, more: int) -> list[ElementProgress]:
     return found
 
 
+def told_of(one: ElementProgress) -> str:
+    return " ".join(note_words(note) for note in one.notes if note.code is Reason.PHOTOS_DISAGREE)
+
+
 @pytest.mark.parametrize("odds", [LOW, TORN, WHOLE])
 def test_what_is_certain_and_what_contradicts_itself_stay_and_nothing_becomes_complete(odds: FloatArray) -> None:
     first, *later = seen_once(odds, 3)
@@ -64,8 +69,10 @@ def test_what_is_certain_and_what_contradicts_itself_stay_and_nothing_becomes_co
 def test_photos_that_disagree_are_told_as_long_as_nobody_looks_again() -> None:
     first, *later = seen_once(TORN, 2)
     assert first.cells_conflict > 0.0 and first.state == "unknown"
+    assert "of 2026" not in told_of(first)
     for one in later:
         assert codes(one.notes).count(Reason.PHOTOS_DISAGREE) == 1
+        assert f" of {DAY.isoformat()}" in told_of(one)  # a station of that name may be of this visit, too
 
 
 def test_that_a_wall_was_seen_to_its_top_alone_is_told_as_long_as_nobody_looks_again() -> None:

@@ -5,6 +5,8 @@ from pathlib import Path
 from asbuilt_bim.bim.schedule import EVERY_DAY, ScheduleSource
 from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value
 from asbuilt_bim.errors import Rejection
+from asbuilt_bim.progress.revision import element_label
+from asbuilt_bim.progress.valuation.inputs import Certificate, Observation, Override, ValuationInputs, Variation
 from asbuilt_bim.report.page.rows import since_rows
 from asbuilt_bim.report.wording.changes import changes, write_changes
 from asbuilt_bim.report.wording.values import area
@@ -18,6 +20,34 @@ def _next_visit(report):
 
 def test_the_same_result_has_no_changes():
     assert changes(sample_report(), sample_report()) == ()
+
+
+def test_what_persons_decided_otherwise_is_told_with_their_names():
+    report, (key, other) = sample_report(), [e.global_id for e in sample_report().elements[:2]]
+    line, name = report.cost_lines[0].global_id, element_label(report.elements[0])
+    item, day = report.cost_lines[0].identification or report.cost_lines[0].name, date(2026, 3, 4)
+    half = Override(line=line, element=key, share=0.5, reason="seen", by="J. Miller", day=day)
+    extra = Variation(number="V1", text="kerb", order="CO-7", unit="m3", quantity=2.0, rate=300.0, share=0.5, by="J")
+    seen = Observation(element=other, day=day, share=0.8, by="J. Miller", why="behind the hut")
+    one = replace(report, valuation=ValuationInputs(overrides=(half,), variations=(extra,)), observations=(seen,))
+    more = ValuationInputs(overrides=(replace(half, share=1.0),), variations=(replace(extra, quantity=4.0),))
+    two = replace(report, valuation=more)
+    assert changes(report, one) == (
+        f"override of {name}, item {item}: new, 50 % (J. Miller, 2026-03-04, seen)",
+        "variation V1: new, 2.000 m³ x 300.00, 50 % done (J, CO-7, kerb)",
+        f"observation of {element_label(report.elements[1])}, 2026-03-04: new, 80 % (J. Miller, behind the hut)",
+    )
+    assert changes(one, two) == (
+        f"override of {name}, item {item}: 50 % (J. Miller, 2026-03-04, seen) -> 100 % (J. Miller, 2026-03-04, seen)",
+        "variation V1: 2.000 m³ x 300.00, 50 % done (J, CO-7, kerb) -> 4.000 m³ x 300.00, 50 % done (J, CO-7, kerb)",
+        f"observation of {element_label(report.elements[1])}, 2026-03-04: no longer there, was 80 % (J. Miller, behind "
+        "the hut)",
+    )
+    sign = Certificate(number=1, visit=day, signed_by="A. Architect", signed_on=date(2026, 3, 5), totals=())
+    certified, forged = (
+        replace(report, valuation=ValuationInputs(certificates=(c,))) for c in (sign, replace(sign, signed_by="B"))
+    )
+    assert changes(certified, forged) == ("valuation 1: signed 2026-03-05 by A. Architect -> signed 2026-03-05 by B",)
 
 
 def test_noise_below_what_is_shown_is_no_change():

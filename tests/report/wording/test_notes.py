@@ -65,6 +65,7 @@ SAMPLES: Values = {
     "second_storey": "Mauer",
     "lengths": 12,
     "program": "0.1.0, abc12345",
+    **dict.fromkeys(("signed", "of_run"), (0.5,)),
     **dict.fromkeys(("yaw_rad", "yaw_sigma_rad"), 0.0006),
     **dict.fromkeys(("scale", "scale_sigma", "area_sigma_before", "area_sigma"), 0.004),
 }

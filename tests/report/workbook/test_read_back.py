@@ -6,7 +6,7 @@ import re
 import zipfile
 from collections.abc import Callable
 from dataclasses import replace
-from datetime import date
+from datetime import date, timedelta
 from pathlib import Path
 
 import openpyxl
@@ -64,6 +64,18 @@ def test_a_signed_workbook_is_what_came_before_the_next_valuation(workbook: Path
     (one,) = last.certificates
     assert (one.number, one.signed_by, one.signed_on, one.visit) == (1, "Ann", DAY, sample_report().visit_date)
     assert last.number == 2
+
+
+def test_a_day_of_signing_before_the_visit_or_the_last_valuation_is_mistyped_and_refused(
+    workbook: Path, tmp_path: Path
+) -> None:
+    visit = sample_report().visit_date
+    early = typed(workbook, {**SIGNED, ("", "signed_on"): visit - timedelta(days=1)})
+    assert f"before its visit ({visit.isoformat()}); correct the day on 'Valuation'" in refusal(early)
+    first = read_last_workbook(typed(workbook, SIGNED)).inputs
+    again = written(with_valuation(sample_report(), first), tmp_path / "second.xlsx")
+    earlier = typed(again, {**SIGNED, ("", "signed_on"): DAY - timedelta(days=1)})
+    assert "before valuation 1 was signed (2026-03-20)" in refusal(earlier)
 
 
 def test_what_was_certified_goes_through_a_workbook_that_nobody_signed(workbook: Path, tmp_path: Path) -> None:
