@@ -178,8 +178,8 @@ def _of_light(photos: Sequence[PhotoQuality], station: Subject) -> Iterator[Reje
 
 
 def _of_sharpness(photos: tuple[Sharpness, Sharpness], station: Subject) -> Iterator[Rejection]:
-    """Name motion where it widens edges by more than the blur that is the same in all directions."""
-    moved = max(photos, key=lambda one: one.motion_px)
+    """Name motion where it widens edges by more than blur that is the same in all directions; a rig moves both eyes."""
+    moved = min((one for one in photos if one.edges), key=lambda one: one.motion_px, default=photos[0])
     has_moved = moved.motion_px > MOST_MOTION_PX and moved.motion_px**2 / 12.0 > moved.blur_px**2
     if has_moved:
         yield rejected(

@@ -30,6 +30,6 @@ def chosen_pair(sizes: Mapping[str, tuple[int, int]], where: str, foreign: Forei
     if len(names) != 2:
         raise RigError(
             f"{where}: holds {shown}; say which two are the rig, left first: rig.cameras: [{next(iter(sizes))[:20]}, "
-            f"{list(sizes)[1][:20]}]"
+            f"{list(sizes)[1][:20]}], or --rig-cameras {next(iter(sizes))[:20]},{list(sizes)[1][:20]}"
         )
     return names[0], names[1]

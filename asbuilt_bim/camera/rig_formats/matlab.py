@@ -145,5 +145,8 @@ def zed_listing_rig(listings: Mapping[str, Mapping[str, Plain]], where: str, for
     names = list(listings)
     chosen = foreign.cameras[:1] if foreign.cameras else tuple(names) if len(names) == 1 else ()
     if not chosen or chosen[0] not in listings:
-        raise RigError(f"{where}: holds the cameras {', '.join(names)[:80]}; say which: rig.cameras: [{names[0][:20]}]")
+        raise RigError(
+            f"{where}: holds the cameras {', '.join(names)[:80]}; say which: "
+            f"rig.cameras: [{names[0][:20]}], or --rig-cameras {names[0][:20]}"
+        )
     return zed_rig(listings[chosen[0]], where, foreign)

@@ -65,7 +65,8 @@ def _knocked(values: Values) -> Words:
         f"{effect_text(values)}",
         value=fill("{rows_px:.1f} px", values) if by_rows else _effect(values),
         limit=fill("{limit_px:g} px", values) if by_rows else _share_limit(values),
-        remedy=_RECALIBRATE,
+        remedy=f"{_RECALIBRATE}. If these are another camera's photos, or its SDK has rectified them, this rig file "
+        "isn't theirs: give that camera's file, or photos as they were stored",
     )
 
 

@@ -86,6 +86,7 @@ TARGET: Table = {
         reason="neither the target nor enough markers in view of both photos",
         value="{found} markers",
         limit="{needed} markers",
-        remedy="place the red target, or move so that both photos show two surveyed markers",
+        remedy="place the red target, or move so that both photos show two surveyed markers; where there are none, "
+        "least_markers_without_target: 0 under options: measure lets the station count with nothing to check its scale",
     ),
 }

@@ -86,7 +86,6 @@ def test_nothing_is_wrong_with_a_good_photo(seed: int) -> None:
         (grainy, Reason.PHOTO_GRAINY),
         (lambda photo: stored(0.3 * photo + 150.0), Reason.PHOTO_HAZY),
         (lambda photo: stored(photo * np.array([0.3, 0.7, 1.0])), Reason.PHOTO_TINTED),
-        (lambda photo: moved(photo, 7), Reason.PHOTO_MOVED),
         (lambda photo: defocused(photo, 4), Reason.PHOTO_UNSHARP),
         (with_drops, Reason.PHOTO_SMEARED),
     ],
@@ -95,6 +94,13 @@ def test_nothing_is_wrong_with_a_good_photo(seed: int) -> None:
 def test_each_fault_of_one_photo_is_named(spoil: Callable[[ByteImage], ByteImage], code: Reason) -> None:
     assert codes(scene(), spoil(scene())) == [code]
     assert code in PHOTO_FAULTS
+
+
+def test_a_rig_moves_both_eyes_so_what_one_shows_alone_is_no_motion() -> None:
+    assert codes(moved(scene(), 7), moved(scene(), 7)) == [Reason.PHOTO_MOVED]
+    assert Reason.PHOTO_MOVED not in codes(moved(scene(), 7), scene())
+    even = np.full_like(scene(), 120)
+    assert Reason.PHOTO_MOVED in codes(moved(scene(), 7), even)  # the other has no edges to tell by
 
 
 def test_every_fault_reads_as_a_sentence_with_what_to_do() -> None:

@@ -218,6 +218,16 @@ def test_rows_that_lie_apart_are_measured_on_the_photos(apart_px: float) -> None
     assert found == pytest.approx(abs(apart_px), abs=0.06)
 
 
+def test_rows_are_no_further_apart_for_one_part_that_was_matched_falsely() -> None:
+    draw = np.random.default_rng(6)
+    scene = cv2.GaussianBlur(draw.normal(120.0, 60.0, (240, 400)), (0, 0), 2.0).astype(np.float32)
+    right = np.roll(scene, -20, axis=1)
+    right[:60, 80:130] = np.roll(right[:60, 80:130], 4, axis=0)
+    known = np.zeros(scene.shape, dtype=bool)
+    known[4:-4, 24:] = True
+    assert rows_apart_px(scene, right, np.full(scene.shape, 20.0, dtype=np.float32), known) < 0.06
+
+
 def test_a_networks_sigma_grows_with_what_left_and_right_say_differently(pair: RectifiedPair, depth: DepthMap) -> None:
     """The matcher's own answer as a network's, with noise of a known size put on both sides' answers."""
     patch = (slice(220, 420), slice(510, 640))
