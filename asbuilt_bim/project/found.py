@@ -10,7 +10,8 @@ from pathlib import Path
 
 from asbuilt_bim.camera.calibration.any_board import SeenBoard, board_shown, shows_board
 from asbuilt_bim.camera.photo.read import decode, read_photo
-from asbuilt_bim.errors import PhotoError
+from asbuilt_bim.camera.rig_formats.reader import read_rig_files
+from asbuilt_bim.errors import PhotoError, RigError
 from asbuilt_bim.project.tables.survey import is_survey
 
 MAX_FILES, MAX_DEPTH = 50_000, 4
@@ -27,6 +28,8 @@ _LOOKED_AT, _AGREE = 3, 2  # photos of a folder: a wall of tiles is found to be 
 _DAY = re.compile(r"(?<!\d)(20\d\d)[-_.]?(\d\d)[-_.]?(\d\d)(?!\d)")
 _OURS = re.compile(r"^format:\s*[\"']?asbuilt-bim/rig", re.MULTILINE)
 _HEAD = 4096  # bytes that tell what a text file is
+_RIGS = (".conf", ".json", ".yaml", ".yml", ".xml", ".txt")
+_LARGEST_RIG, _MOST_RIGS = 200_000, 100  # bytes; files that are looked into
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,7 +63,8 @@ class FoundFiles:
 
     designs: tuple[str, ...]
     rigs: tuple[str, ...]  # that were calibrated with this program
-    factory: tuple[str, ...]  # what a bought camera came with: less sure than photos of a board
+    factory: tuple[tuple[str, ...], ...]
+    """What a bought camera came with or another program made, a file or one of each camera: less sure than boards."""
     boards: tuple[FoundPhotos, ...]
     visits: tuple[FoundPhotos, ...]
     surveys: tuple[str, ...]
@@ -85,7 +89,7 @@ def find_files(folder: Path) -> FoundFiles:
     return FoundFiles(
         designs=_named(folder, (f for f in files if f.suffix.lower() in _DESIGNS and ".asbuilt" not in f.name)),
         rigs=_named(folder, (f for f in files if _is_rig(f))),
-        factory=_named(folder, (f for f in files if _is_factory(f))),
+        factory=tuple(tuple(_named(folder, rig)) for rig in _foreign_rigs(files)),
         boards=tuple(replace(found, board=_board_of(photos[place])) for place, found in paired if place in boards),
         visits=tuple(found for place, found in paired if place not in boards),
         surveys=_named(folder, (f for f in files if f.suffix.lower() == ".csv" and _is_survey(f))),
@@ -293,9 +297,41 @@ def _is_rig(file: Path) -> bool:
     return file.suffix.lower() in (".yaml", ".yml") and bool(_OURS.search(_head(file)))
 
 
+def _foreign_rigs(files: Sequence[Path]) -> Iterable[tuple[Path, ...]]:
+    """Yield the rig files that aren't this program's: each alone, or the left and the right camera's."""
+    maybe = [file for file in files if file.suffix.lower() in _RIGS and _may_be_rig(file)][:_MOST_RIGS]
+    taken: set[Path] = set()
+    for file in maybe:
+        if _is_factory(file) or _is_read(file):
+            taken.add(file)
+            yield (file,)
+    for file in maybe:
+        for left, right in _SIDES:
+            word = re.compile(rf"(?<![A-Za-z0-9]){left}(?![a-z0-9])")  # LeftCameraParams.yaml, cam0/sensor.yaml
+            partner = file.parent.with_name(word.sub(right, file.parent.name)) / word.sub(right, file.name)
+            if not {file, partner} & taken and partner != file and partner in maybe and _is_read(file, partner):
+                taken |= {file, partner}
+                yield file, partner
+
+
+def _may_be_rig(file: Path) -> bool:
+    """Say whether a file may be a rig that isn't this program's: by its size, and as it names no format of ours."""
+    with contextlib.suppress(OSError):
+        return file.stat().st_size <= _LARGEST_RIG and "asbuilt-bim/" not in _head(file)
+    return False
+
+
+def _is_read(*files: Path) -> bool:
+    try:
+        read_rig_files(files)
+    except RigError:
+        return False
+    return True
+
+
 def _is_factory(file: Path) -> bool:
-    """Say whether a file is a ZED's calibration by its name, or an OAK-D's by its first keys."""
-    if re.fullmatch(r"SN\d+\.conf", file.name):
+    """Say whether a file is a ZED's calibration by its name, or an OAK-D's by its first keys: no size is needed."""
+    if re.fullmatch(r"SN\d+\w*\.conf", file.name):
         return True
     return file.suffix.lower() == ".json" and any(key in _head(file) for key in ('"cameraData"', '"left_intrinsics"'))
 

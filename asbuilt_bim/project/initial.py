@@ -45,8 +45,9 @@ def missing(found: FoundFiles) -> tuple[str, ...]:
         lacks.append(f"{len(found.designs)} IFC files: keep under ifc those that are the design")
     if not found.rigs and not found.boards and found.factory:
         lacks.append(
-            f"photos of a board: {found.factory[0]} is what the camera came with, which is off; areas are surer after "
-            "20 pairs of a board in the folder 'calibration' (asbuilt-bim print board)"
+            f"photos of a board: {' and '.join(found.factory[0])} is of the camera's maker or another program, and "
+            "nobody says how far it is off; areas are surer after 20 pairs of a board in the folder 'calibration' "
+            "(asbuilt-bim print board)"
         )
     elif not found.rigs and not found.boards:
         lacks.append(
@@ -109,8 +110,10 @@ def _design(designs: Sequence[str]) -> list[str]:
 
 def _rig(found: FoundFiles) -> list[str]:
     if found.rigs or (found.factory and not found.boards):
-        first, *others = *found.rigs, *found.factory
-        return ["rig:", f"  file: {_quoted(first)}", *(f"# or: {_quoted(rig)}" for rig in others)]
+        known: list[tuple[str, ...]] = [*((rig,) for rig in found.rigs), *found.factory]
+        first, *others = known
+        named = (f"  {line}" for line in _files(first))
+        return ["rig:", *named, *(f"# or: {{{', '.join(_files(rig))}}}" for rig in others)]
     if not found.boards:
         return [
             "# The calibrated camera: a rig file, or photos of a board.",
@@ -130,8 +133,13 @@ def _rig(found: FoundFiles) -> list[str]:
         "#rig:",
         f"#  boards: {{{size},{markers}",
         f"#           left: {_quoted(boards.left)}, right: {_quoted(boards.right)}}}",
-        *(f"# or, less sure, as the camera came: {{file: {_quoted(rig)}}}" for rig in found.factory),
+        *(f"# or, less sure, as the camera came: {{{', '.join(_files(rig))}}}" for rig in found.factory),
     ]
+
+
+def _files(rig: Sequence[str]) -> list[str]:
+    """Name a rig's files under their keys: one, or the left and the right camera's."""
+    return [f"{key}: {_quoted(name)}" for key, name in zip(("file", "file_right"), rig, strict=False)]
 
 
 def _board_words(board: SeenBoard) -> str:

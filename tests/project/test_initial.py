@@ -158,15 +158,38 @@ def test_a_rig_file_and_a_survey_are_known_by_what_stands_in_them(tmp_path: Path
     made(tmp_path, "calib.json", text='{\n    "batchName": "",\n    "cameraData": [')
     found = find_files(tmp_path)
     assert found.rigs == ("rigs/mine.yaml",) and found.surveys == ("tags.csv",)
-    assert found.factory == ("SN21531.conf", "calib.json")
-    assert '  file: "rigs/mine.yaml"\n# or: "SN21531.conf"' in initial_text("Site", found)
+    assert found.factory == (("SN21531.conf",), ("calib.json",))
+    assert '  file: "rigs/mine.yaml"\n# or: {file: "SN21531.conf"}' in initial_text("Site", found)
+
+
+@pytest.mark.parametrize(
+    ("left", "right"),
+    [("LeftCameraParams.yaml", "RightCameraParams.yaml"), ("cam0/sensor.yaml", "cam1/sensor.yaml"),
+     ("cam_left.yaml", "cam_right.yaml")],
+)  # fmt: skip
+def test_other_programs_rig_files_are_found_one_of_each_camera_or_both_in_one(
+    tmp_path: Path, left: str, right: str
+) -> None:
+    sensor = (
+        "sensor_type: camera\ncamera_model: pinhole\nresolution: [752, 480]\nintrinsics: [458.0, 457.0, 367.0, 248.0]\n"
+        "distortion_model: radial-tangential\ndistortion_coefficients: [0.0, 0.0, 0.0, 0.0]\n"
+        "T_BS:\n  cols: 4\n  rows: 4\n  data: [1.0, 0.0, 0.0, {x}, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, "
+        "0.0, 0.0, 0.0, 1.0]\n"
+    )
+    made(tmp_path, left, text=sensor.format(x="0.0"))
+    made(tmp_path, right, text=sensor.format(x="0.11"))
+    made(tmp_path, "notes.yaml", text="a: 1\n")
+    found = find_files(tmp_path)
+    assert found.factory == ((left, right),)
+    drafted = yaml.safe_load(initial_text("Site", found))
+    assert drafted["rig"] == {"file": left, "file_right": right}
 
 
 def test_a_bought_camera_s_own_numbers_are_drafted_only_where_no_board_was_photographed(tmp_path: Path) -> None:
     made(tmp_path, "design.ifc", "oak calib.json", text='{"cameraData": []}')
     found = find_files(tmp_path)
     assert 'rig:\n  file: "oak calib.json"\n' in initial_text("Site", found)
-    assert any("oak calib.json is what the camera came with, which is off" in one for one in missing(found))
+    assert any("oak calib.json is of the camera's maker or another program" in one for one in missing(found))
     made(tmp_path, "calibration/left_1.jpg", "calibration/right_1.jpg")
     text = initial_text("Site", find_files(tmp_path))
     assert "\n#rig:\n#  boards:" in text
