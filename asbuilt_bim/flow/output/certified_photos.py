@@ -1,8 +1,10 @@
 """Says where what was certified rests on other photos than now, or on other shares than its run's."""
 
+import contextlib
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from datetime import datetime
 from hashlib import sha256
 
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
@@ -51,14 +53,25 @@ def signed_otherwise(last: LastWorkbook | None, before: ProgressReport | None) -
 
 
 def with_photos(inputs: ValuationInputs, before: ProgressReport | None) -> ValuationInputs:
-    """Return what a valuation begins with, with the photos that certificates were signed on.
+    """Return what a valuation begins with, with the photos and the run that certificates were signed on.
 
     A workbook that somebody signed is of the run `before`: its photos are the certificate's from then on.
     """
     known = (before.valuation if before is not None else None) or NO_INPUTS
-    had = {one.number: one.photos for one in known.certificates}
-    signed = (replace(one, photos=had.get(one.number, known.photos)) for one in inputs.certificates)
-    return replace(inputs, certificates=tuple(signed), photos=known.photos)
+    run = before.provenance.created if before is not None and before.provenance is not None else ""
+    had = {one.number: (one.photos, one.run) for one in known.certificates}
+    signed = ((one, *had.get(one.number, (known.photos, run))) for one in inputs.certificates)
+    certificates = tuple(replace(one, photos=photos, run=made) for one, photos, made in signed)
+    return replace(inputs, certificates=certificates, photos=known.photos)
+
+
+def certified_runs(report: ProgressReport) -> set[datetime]:
+    """Return when the runs were made that certificates rest on, where that is known."""
+    found = set()
+    for one in (report.valuation or NO_INPUTS).certificates:
+        with contextlib.suppress(ValueError):
+            found.add(datetime.fromisoformat(one.run))
+    return found
 
 
 def photos_of(reports: Sequence[ProgressReport]) -> dict[str, str]:

@@ -12,7 +12,7 @@ import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -73,10 +73,12 @@ class OutputFolder:
         ifc: Sequence[str],
         set_aside: bool = False,
         keep_runs: int | None = None,
+        certified: Collection[datetime] = (),
     ) -> Published:
-        """Have `write` fill a new run folder, then make it current; `beside`: keep it beside the current one.
+        """Have `write` fill a new run folder, then make it current; `set_aside`: keep it beside the current one.
 
-        `keep_runs` takes away all but so many of the newest runs, never the current one or this one.
+        `keep_runs` takes away all but so many of the newest runs, never the current one, this one, or those made when
+        `certified` says.
 
         Raises:
             OutputError: something could not be written; the earlier run is still current and the new folder is gone.
@@ -100,7 +102,9 @@ class OutputFolder:
                 raise output_error(self.path, problem) from problem
             raise
         warnings = () if set_aside else tuple(self._copy(final, before))
-        runs = kept_runs(self.path / "runs", keep_runs, {final, before.folder} if set_aside and before else {final})
+        in_use = {final, before.folder} if set_aside and before else {final}
+        in_use |= {run for when in certified for run in (self.path / "runs").glob(f"{_stamp(when)}-*")}
+        runs = kept_runs(self.path / "runs", keep_runs, in_use)
         size = sum(bytes_of(run) for run in runs)
         return Published(folder=final, runs_kept=len(runs), warnings=warnings, current=not set_aside, bytes_kept=size)
 
@@ -112,7 +116,7 @@ class OutputFolder:
         return current is not None and current.folder == run
 
     def _new_name(self, when: datetime, digest: str) -> Path:
-        name = f"{when.astimezone(UTC):%Y%m%dT%H%M%SZ}-{digest[:8]}"
+        name = f"{_stamp(when)}-{digest[:8]}"
         runs = self.path / "runs"
         count, free = 1, runs / name
         while free.exists():
@@ -143,6 +147,11 @@ class OutputFolder:
             kept = keep_edited(self.path, relative)
             if kept is not None:
                 yield f"{self.path / relative}: was changed since a run wrote it; your version is kept as {kept.name}"
+
+
+def _stamp(when: datetime) -> str:
+    """Return what the name of a run that was made then begins with."""
+    return f"{when.astimezone(UTC):%Y%m%dT%H%M%SZ}"
 
 
 @contextlib.contextmanager

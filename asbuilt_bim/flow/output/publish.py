@@ -13,7 +13,7 @@ from asbuilt_bim.codes import REVISIONS, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import AsBuiltError, ResultError
 from asbuilt_bim.flow.measure_visit import Progress
 from asbuilt_bim.flow.output.carried_on import check_currency, inputs_of, last_workbook, with_last
-from asbuilt_bim.flow.output.certified_photos import photo_changes, photos_of, signed_otherwise
+from asbuilt_bim.flow.output.certified_photos import certified_runs, photo_changes, photos_of, signed_otherwise
 from asbuilt_bim.flow.output.folder import OutputFolder, Published
 from asbuilt_bim.flow.output.places import CHANGES
 from asbuilt_bim.flow.pipeline import RunResult
@@ -85,6 +85,7 @@ def publish_run(
         ifc=[_from(out.path, path) for path in project.ifc],
         set_aside=earlier is not None and not earlier.knows_nothing and reports[-1].knows_nothing,
         keep_runs=None if reports[-1].nothing_seen else keep_runs,
+        certified=certified_runs(reports[-1]),
     )
     if earlier is not None and not published.current:
         warnings.append(

@@ -107,6 +107,7 @@ class Certificate:
     signed_on: date
     totals: tuple[BillTotals, ...]
     photos: dict[str, str] = field(default_factory=dict, compare=False)  # as `ValuationInputs.photos`, when signed
+    run: str = field(default="", compare=False)  # when the run was made that was current then, UTC; "": nobody knows
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -86,11 +86,11 @@ def _photos_changed(note: Note) -> str:
 
 
 def _certified_otherwise(note: Note) -> str:
-    names, signed, certain = (note.values[key] for key in ("elements", "signed", "of_run"))
-    assert isinstance(names, tuple) and isinstance(signed, tuple) and isinstance(certain, tuple)
-    shares = zip(names, signed, certain, strict=True)
+    columns = (note.values[key] for key in ("elements", "signed", "of_run"))
+    shares = zip(*(column if isinstance(column, tuple) else () for column in columns), strict=False)
     told = "; ".join(
-        f"{plain(str(n))} {percent(float(str(a)))}, and {percent(float(str(b)))} in the run" for n, a, b in shares
+        f"{plain(str(name))} {percent(float(str(was)))}, and {percent(float(str(now)))} in the run"
+        for name, was, now in shares
     )
     more = ", and {others} more" if note.values["others"] else ""
     return (

@@ -57,9 +57,7 @@ class LastWorkbook:
     inputs: ValuationInputs
     notes: tuple[Note, ...]
     certified: Mapping[int, float | None] = field(default_factory=dict)  # by line's number in its bill
-    certain: Mapping[tuple[str, str], float] = field(
-        default_factory=dict
-    )  # by line and GlobalId: the share it calls so
+    certain: Mapping[tuple[str, str], float] = field(default_factory=dict)  # shares, by line and GlobalId
 
 
 def read_last_workbook(path: Path, *, as_it_stands: bool = False) -> LastWorkbook:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import make_dataclass, replace
-from datetime import date
+from datetime import UTC, date, datetime
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -15,6 +15,7 @@ from asbuilt_bim.codes import Reason
 from asbuilt_bim.errors import CostError, WorkbookError
 from asbuilt_bim.flow.output import publish
 from asbuilt_bim.flow.output.carried_on import inputs_of, last_workbook
+from asbuilt_bim.flow.output.certified_photos import certified_runs
 from asbuilt_bim.flow.output.folder import OutputFolder
 from asbuilt_bim.flow.output.kept import keep_edited
 from asbuilt_bim.flow.output.publish import with_persons
@@ -267,6 +268,26 @@ def test_shares_that_a_signed_workbook_calls_certain_and_its_run_does_not_are_na
     assert "Valuation 1 was signed on other shares than those of the run" in words and book.is_file()
     assert told(run(second)) == [words]
     assert told(run(second, LastWorkbook(inputs=signed(second), notes=(), certified={}))) == []
+
+
+def test_a_certificate_knows_its_run_from_when_it_is_signed_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(publish, "remapped_ids", lambda before, design: {})
+    project: Any = SimpleNamespace(valuation=PROJECT, costs=Path("boq.csv"), ifc=())
+
+    def run(before: ProgressReport | None, day: int, last: LastWorkbook | None = None) -> ProgressReport:
+        result: Any = make_dataclass("Run", ["reports", "past", "design"])((plain,), (), None)
+        found = with_persons(result, project, before, last).reports[-1]
+        assert found.provenance is not None
+        return replace(found, provenance=replace(found.provenance, created=f"2026-03-{day}T12:00:00+00:00"))
+
+    plain = in_currency(sample_report(), "EUR")
+    first = run(None, 10)
+    assert certified_runs(first) == set()
+    second = run(first, 20, LastWorkbook(inputs=signed(first), notes=(), certified={}))
+    third = run(second, 30)
+    assert certified_runs(second) == certified_runs(third) == {datetime(2026, 3, 10, 12, tzinfo=UTC)}
+    torn = [replace(one, run="soon") for one in (third.valuation or ValuationInputs()).certificates]
+    assert certified_runs(replace(third, valuation=ValuationInputs(certificates=tuple(torn)))) == set()
 
 
 @pytest.mark.parametrize("spelt", ["€", "eur", "Euro"])
