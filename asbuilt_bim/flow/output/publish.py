@@ -237,7 +237,8 @@ def with_persons(
 def provenance(result: RunResult, project: Project, when: datetime) -> Provenance:
     """Return what a run's numbers were made from."""
     markers = replace(project.markers, survey=None)  # it has a digest of its own
-    options = (project.options, project.target, markers, project.scope)
+    accepted = [one for one in (project.accept_moved, project.accepted_shift) if one]
+    options = (project.options, project.target, markers, project.scope, *accepted)
     return Provenance(
         program_version=__version__,
         created=when.astimezone(UTC).isoformat(timespec="seconds"),

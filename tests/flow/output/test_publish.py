@@ -19,6 +19,7 @@ from asbuilt_bim.flow.output.folder import open_output
 from asbuilt_bim.flow.output.places import CHANGES
 from asbuilt_bim.flow.output.publish import (
     previous_result,
+    provenance,
     publish_again,
     publish_run,
     with_other_program,
@@ -100,6 +101,12 @@ def test_making_outputs_again_on_a_full_disk_is_said_in_one_line(
         monkeypatch.setattr(shutil, "copy2", full)
         with pytest.raises(OutputError, match=r"^\S+: the disk is full; nothing of this run was kept"):
             publish_again(out, (), NOON)
+
+
+def test_what_a_person_accepts_is_in_the_digest_of_the_options(project: Project) -> None:
+    result, accepted = _result(project), replace(project, accept_moved=("0abc",))
+    plain, other = (provenance(result, one, NOON).options_digest for one in (project, accepted))
+    assert plain != other == provenance(result, accepted, NOON).options_digest
 
 
 def test_visits_that_the_last_run_counted_and_this_one_lacks_are_told_the_later_ones_too(project: Project) -> None:
