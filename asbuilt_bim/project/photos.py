@@ -61,7 +61,7 @@ def _named_apart(stations: Sequence[Station]) -> tuple[Station, ...]:
 
 
 def _in_folder(folder: Path, *, side_by_side: bool) -> tuple[Station, ...]:
-    """Return the stations in a folder, in the order that people count in.
+    """Return the stations in a folder, or in the two that it holds, one a camera, in the order that people count in.
 
     Raises:
         PhotoError: it holds none.
@@ -70,6 +70,9 @@ def _in_folder(folder: Path, *, side_by_side: bool) -> tuple[Station, ...]:
         photos = photos_in(folder)
     except OSError as problem:
         raise PhotoError(f"{folder}: can't be read: {problem.strerror or problem}") from problem
+    if not photos and not side_by_side and (sides := _camera_folders(folder)):
+        named = [Station(name=one.stem, left=one, right=sides[1] / one.name) for one in photos_in(sides[0])]
+        return _named_apart(sorted(named, key=lambda one: counted(one.name)))
     if not photos:
         others = left_over([folder], ())
         said = f", but {len(others)} pictures such as {others[0]}: convert them to JPEG, in full size" if others else ""
@@ -86,6 +89,17 @@ def _in_folder(folder: Path, *, side_by_side: bool) -> tuple[Station, ...]:
         )
     named = [Station(name=name_of(left, right), left=left, right=right) for left, right in pairs]
     return _named_apart(sorted(named, key=lambda one: counted(one.name)))
+
+
+def _camera_folders(folder: Path) -> tuple[Path, Path] | None:
+    """Return the folders of the left and the right camera where a folder holds both, with photos of one name."""
+    for inside in sorted(folder.iterdir()):
+        pair = partner_of(inside) if inside.is_dir() else None
+        if pair is not None and pair[0] == inside and pair[1].is_dir():
+            names = [{one.name for one in photos_in(side)} for side in pair]
+            if names[0] & names[1]:
+                return pair
+    return None
 
 
 def _of_videos(folder: Path) -> str:

@@ -45,6 +45,17 @@ def test_every_photo_of_a_mixed_folder_is_a_stations_or_is_named(project: Projec
     assert left_over([folder], found) == ("H1_left.heic", "H1_right.heic", "IMG_4711.jpg")
 
 
+def test_a_folder_that_holds_one_of_each_camera_is_their_pairs(project: Project, tmp_path: Path) -> None:
+    made = [tmp_path / side / name for side in ("cam0", "cam1") for name in ("A10.jpg", "A2.jpg")]
+    for file in (*made, tmp_path / "cam0" / "A3.jpg"):
+        file.parent.mkdir(exist_ok=True)
+        file.write_bytes(b"")
+    found = stations_of([tmp_path], project)
+    assert [(one.name, one.left.parent.name, one.right.parent.name) for one in found] == [
+        ("A2", "cam0", "cam1"), ("A3", "cam0", "cam1"), ("A10", "cam0", "cam1"),
+    ]  # fmt: skip
+
+
 def test_a_photo_without_its_partner_stays_a_station(project: Project, tmp_path: Path) -> None:
     folder = touched(tmp_path / "today", "A1_left.jpg", "A1_right.jpg", "A2_left.jpg")
     found = stations_of([folder], project)
