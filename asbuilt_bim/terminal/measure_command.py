@@ -154,4 +154,5 @@ def _show(found: PairMeasurement, screen: Screen) -> None:
     if more:
         screen.warn(f"{more} smaller surfaces were seen and can't be measured, either; measure.json names them")
     if not rows:
-        screen.error("not one face was measured")
+        share = f"{float(found.detail.depth.valid.mean()):.0%}"
+        screen.error(f"not one face was measured; {share} of the left photo has a depth (figures/depth.png)")

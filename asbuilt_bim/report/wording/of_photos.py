@@ -228,10 +228,11 @@ PHOTOS: Table = {
         remedy="set the cameras to the best JPEG quality, and take the station again",
     ),
     Reason.PHOTO_HAZY: Words(
-        reason="its photos lack contrast: haze, a misted lens, or the sun shining into it",
+        reason="its photos lack contrast: haze, a misted lens, the sun shining into it, or a place that is all light",
         value="the darkest is {share:.0%} of the brightest",
         limit="{limit_share:.0%}",
-        remedy="wipe the lenses, and take the station again in clear air with the sun behind you",
+        remedy="if nothing there is dark, let it be; else wipe the lenses, and take the station again in clear air, "
+        "with the sun behind you",
     ),
     Reason.PHOTO_TINTED: Words(
         reason="its photos were taken in coloured light: neither the red target nor concrete shows its colour",
@@ -252,10 +253,10 @@ PHOTOS: Table = {
         remedy="focus as on the photos of the boards, and take the station again",
     ),
     Reason.PHOTO_SMEARED: Words(
-        reason="its photos are unsharp in parts: drops or dirt on a lens",
+        reason="its photos are unsharp in parts: drops or dirt on a lens, or things that only one eye sees edge-on",
         value="{share:.0%} of them",
         limit="{limit_share:.0%}",
-        remedy="wipe the lenses, and take the station again",
+        remedy="look at both photos; if they are unsharp there, wipe the lenses and take the station again",
     ),
     Reason.PHOTO_VEILED: Words(
         reason="a part of its {side} photo lacks contrast: a dirty, wet or fogged lens, a finger before it, or the sun "
