@@ -74,7 +74,7 @@ def _visits(before: ProgressReport, after: ProgressReport) -> Iterator[str]:
         "IFC file": (old.ifc_digest, new.ifc_digest),
         "rig": (old.rig_digest, new.rig_digest),
         "survey": (old.survey_digest, new.survey_digest),
-        "scope, options or what a person accepts": (old.options_digest, new.options_digest),
+        "scope, what is accepted, or options": (old.options_digest, new.options_digest),
     }
     yield from (f"{name}: another than before" for name, (a, b) in inputs.items() if a != b)
 

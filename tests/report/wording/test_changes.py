@@ -178,7 +178,7 @@ def test_elements_that_a_mirroreder_scope_leaves_out_are_not_called_gone_from_th
     report = sample_report()
     made = replace(report.provenance, options_digest="sha256:00")
     mirroreder = replace(report, elements=report.elements[1:], provenance=made)
-    assert changes(report, mirroreder)[0] == "scope, options or what a person accepts: another than before"
+    assert changes(report, mirroreder)[0] == "scope, what is accepted, or options: another than before"
     assert "column C-01: no longer in the scope" in changes(report, mirroreder)
     assert any("column C-01: new in the scope" in line for line in changes(mirroreder, report))
 
