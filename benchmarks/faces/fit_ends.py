@@ -36,7 +36,13 @@ from asbuilt_bim.measure.outline.border import (
 from asbuilt_bim.measure.outline.edges import pixel_plane
 from asbuilt_bim.measure.outline.ends import DATA, face_probability, odds_of_mean, side_probabilities
 from asbuilt_bim.measure.planes.face_hypotheses import filled, pieces_of
-from asbuilt_bim.measure.round.column import fit_round_column, lateral_surface, outline_of_column, sides_of_column
+from asbuilt_bim.measure.round.column import (
+    fit_round_column,
+    frame_of_column,
+    lateral_surface,
+    sides_of_column,
+    visible_ring,
+)
 from asbuilt_bim.measure.station_faces import settled_faces
 from asbuilt_bim.measure.workbench import Workbench, workbench
 from asbuilt_bim.vision.scene.geometric import segment_scene
@@ -96,7 +102,7 @@ def _outlines(bench: Workbench, read: Read) -> list[tuple[Sequence[FloatArray], 
         for piece in pieces_of(read.scene, instance):
             fit = fit_round_column(bench, piece, read.scene.mask(piece) & instance.mask)
             if fit is not None:
-                ring = outline_of_column(bench, fit)
+                ring = bench.pair.camera.project(frame_of_column(bench, fit).from_uv(visible_ring(fit)))
                 found.append(([ring], sides_of_column(ring, fit), lateral_surface(bench, fit)))
     return found
 

@@ -58,7 +58,7 @@ def round_face(
     bench: Workbench, fit: RoundFit, face_id: str, instance: Instance, number: int, mask: BoolArray, rig: StereoRig
 ) -> MeasuredFace:
     """Build the metric face of a round column: the visible arc times its height, on the lateral surface."""
-    frame, ring = _frame(bench, fit), _visible_ring(fit)
+    frame, ring = frame_of_column(bench, fit), visible_ring(fit)
     height = fit.foot_m - fit.top_m
     ring_px = bench.pair.camera.project(frame.from_uv(ring))
     area = ring_area(ring)
@@ -84,7 +84,7 @@ def round_face(
     )  # fmt: skip
 
 
-def _visible_ring(fit: RoundFit) -> FloatArray:
+def visible_ring(fit: RoundFit) -> FloatArray:
     """Return the ring (N, 2) of the visible lateral surface, unrolled, in metres."""
     distance = float(np.hypot(fit.circle.x_m, fit.circle.z_m))
     half_arc = float(np.arccos(np.clip(fit.circle.radius_m / distance, 0.0, 1.0)))
@@ -129,7 +129,7 @@ def _by_rig(bench: Workbench, fit: RoundFit, area_m2: float, rig: StereoRig) -> 
     return area_m2 * part.area_sigma_m2 / rings_area_m2([ring], plane, camera), place
 
 
-def _frame(bench: Workbench, fit: RoundFit) -> CylinderFrame:
+def frame_of_column(bench: Workbench, fit: RoundFit) -> CylinderFrame:
     """Return the lateral surface's frame in the LEFT frame, its zero towards the camera, its origin at the foot."""
     left_from_level = bench.pair.camera.rectified_from_left.T @ bench.scene.level.view.level_from_rectified.T
     foot = left_from_level @ np.array([fit.circle.x_m, fit.foot_m, fit.circle.z_m])

@@ -3,7 +3,6 @@
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, median
-from asbuilt_bim.geometry.robust_least_squares import MEDIAN_TO_SIGMA
 from asbuilt_bim.vision.stereo.rig_fit import LENS_CELLS
 from asbuilt_bim.vision.stereo.warp import right_at
 
@@ -23,9 +22,10 @@ def rows_apart_px(left: Float32Array, right: Float32Array, disparity_px: Float32
     difference = left - right_at(right, start)
     left_slope, right_slope = _down(left), right_at(_down(right), start)
     found = [_of_cell(difference[cell], left_slope[cell], right_slope[cell], measured[cell]) for cell in _cells(left)]
-    told = np.abs(np.array([one for one in found if np.isfinite(one)]))
-    alike = told[told <= FAR * MEDIAN_TO_SIGMA * median(told)] if len(told) else told
-    return float(np.sqrt(np.mean(alike**2))) if len(alike) else 0.0
+    told = np.sort(np.abs([one for one in found if np.isfinite(one)]))
+    while len(told) > 1 and told[-1] > FAR * np.sqrt(np.mean(told[:-1] ** 2)):
+        told = told[:-1]
+    return float(np.sqrt(np.mean(told**2))) if len(told) else 0.0
 
 
 def _of_cell(difference: Float32Array, left: Float32Array, right: Float32Array, measured: BoolArray) -> float:
