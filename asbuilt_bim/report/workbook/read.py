@@ -86,7 +86,8 @@ def read_last_workbook(path: Path, *, as_it_stands: bool = False) -> LastWorkboo
     earlier = _certificates(book, path)
     bill = _Bill(path=path, lines=lines, parts=parts if signed or earlier else (), signed=signed is not None)
     own = _certificate(book, signed, path) if signed else None
-    _check_days(earlier, own, path)
+    if own is not None:
+        _check_days(own, earlier[-1] if earlier else None, path)
     terms = Terms(retention=_rate_of(book, "retention_rate", path), tax=_rate_of(book, "tax_rate", path))
     inputs = ValuationInputs(
         terms=terms,
@@ -319,18 +320,17 @@ def _certificates(book: XlsxFile, path: Path) -> tuple[Certificate, ...]:
     return tuple(made[number] for number in sorted(made))
 
 
-def _check_days(earlier: Sequence[Certificate], own: Certificate | None, path: Path) -> None:
+def _check_days(own: Certificate, last: Certificate | None, path: Path) -> None:
     """Check that a valuation was signed after its visit, and not before the one before it.
 
     Raises:
         WorkbookError: it wasn't: the day is mistyped.
     """
-    last = earlier[-1] if earlier else None
-    for day, what in (
-        (own.visit, "its visit") if own else (date.min, ""),
-        (last.signed_on, f"valuation {last.number} was signed") if last else (date.min, ""),
-    ):
-        if own is not None and own.signed_on < day:
+    not_before = [(own.visit, "its visit")]
+    if last is not None:
+        not_before.append((last.signed_on, f"valuation {last.number} was signed"))
+    for day, what in not_before:
+        if own.signed_on < day:
             raise WorkbookError(
                 f"{path}: valuation {own.number} is signed on {own.signed_on.isoformat()}, before {what} "
                 f"({day.isoformat()}); correct the day on '{VALUATION}' and save"
