@@ -331,6 +331,7 @@ class Reason(StrEnum):
     OTHER_PROGRAM = "made by another program"  # the earlier run in the folder, or the last one under history
     CERTIFIED_PHOTOS_CHANGED = "photos changed since they were certified"
     CERTIFIED_OTHERWISE = "certified other shares than the run says"
+    CERTIFIED_FILES_CHANGED = "files changed since they were certified on"
     BUILT_EARLY = "built before its tasks begin"  # several elements: of another storey, or day?
     PHOTOS_OF_SEVERAL_DAYS = "photos of several days"  # they disagree about several elements
     VISIT_TO_COME = "visit to come"  # its day is after that of the run

@@ -12,11 +12,11 @@ from asbuilt_bim.codes import Reason
 from asbuilt_bim.errors import SurveyError
 from asbuilt_bim.geometry.arrays import FloatArray
 from asbuilt_bim.ifc.apart import inspect_file, read_covers, read_design
-from asbuilt_bim.ifc.read.source import files_digest
 from asbuilt_bim.project.model import Project
 from asbuilt_bim.project.tables.costs import read_costs, with_costs
 from asbuilt_bim.scale.cache import Cache, digest_of
 from asbuilt_bim.scale.fingerprint import library_versions, reading_code_digest
+from asbuilt_bim.storage.regular_file import files_digest
 
 
 def design_of(project: Project, cache: Cache) -> BimModel:

@@ -1,7 +1,9 @@
 """Reading what somebody names: a file within bounds, and no device or pipe, which may never end or never answer."""
 
 import errno
+import hashlib
 import stat
+from collections.abc import Sequence
 from difflib import get_close_matches
 from io import BufferedReader
 from pathlib import Path
@@ -95,3 +97,15 @@ def as_text(data: bytes, refusal: type[AsBuiltError], name: str, encoding: str =
         line = data.count(b"\n", 0, problem.start) + 1
         advice = "save it as UTF-8: in Excel as CSV UTF-8, in Notepad with that encoding"
         raise refusal(f"{name}: line {line} is no UTF-8 text; {advice}") from problem
+
+
+def file_digest(path: Path) -> str:
+    """Return the sha256 of a file's bytes as hexadecimal text."""
+    with open_regular(path) as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def files_digest(paths: Sequence[Path]) -> str:
+    """Return the digest of a design: its file's, or one over those of its files in their order."""
+    digests = [file_digest(path) for path in paths]
+    return digests[0] if len(digests) == 1 else hashlib.sha256("\n".join(digests).encode()).hexdigest()

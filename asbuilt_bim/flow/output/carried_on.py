@@ -8,17 +8,18 @@ from pathlib import Path
 from asbuilt_bim.bim.cost_units import currency_of
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import CostError, WorkbookError
-from asbuilt_bim.flow.output.certified_photos import with_photos
+from asbuilt_bim.flow.output.certified_on import with_what_they_rest_on
 from asbuilt_bim.flow.output.folder import OutputFolder
 from asbuilt_bim.flow.output.kept import SIGNED_WORKBOOKS, WORKBOOK, age_of
 from asbuilt_bim.flow.output.places import CURRENT
 from asbuilt_bim.progress.money import cents
 from asbuilt_bim.progress.report import CostProgress, ProgressReport
 from asbuilt_bim.progress.valuation.bill import BEFORE, bills
-from asbuilt_bim.progress.valuation.inputs import NO_INPUTS, Paid, Terms, ValuationInputs
+from asbuilt_bim.progress.valuation.inputs import NO_INPUTS, Certificate, Paid, Terms, ValuationInputs
 from asbuilt_bim.progress.valuation.known_again import paid_lines
 from asbuilt_bim.progress.valuation.notes import with_valuation
 from asbuilt_bim.project.file import ValuationFile
+from asbuilt_bim.report.workbook.layout import CERTIFICATES
 from asbuilt_bim.report.workbook.read import LastWorkbook, read_last_workbook, signed_number
 
 
@@ -35,7 +36,10 @@ def last_workbook(
         WorkbookError: it can't be read; see `read_last_workbook`. Or a signed one beside it was never carried on.
     """
     found = _last_workbook(out, before, named, as_it_stands)
-    known = found.inputs if found is not None else (before.valuation if before else None) or NO_INPUTS
+    known = (before.valuation if before else None) or NO_INPUTS
+    if found is not None:
+        _check_certificates(found.inputs.certificates, known.certificates, out.path / WORKBOOK)
+        known = found.inputs
     for signed in sorted(out.path.glob(SIGNED_WORKBOOKS)):
         number = signed_number(signed)
         if number is not None and number >= known.number and not as_it_stands:
@@ -45,6 +49,29 @@ def last_workbook(
                 f"{WORKBOOK}, or move it out of this folder if it doesn't count"
             )
     return found
+
+
+def _check_certificates(read: Sequence[Certificate], known: Sequence[Certificate], path: Path) -> None:
+    """Hold the certificates that a workbook lists against those that were read when they were signed.
+
+    Raises:
+        WorkbookError: one was written over since.
+    """
+    was = {one.number: one for one in known}
+    for one in read:
+        then = was.get(one.number, one)
+        if one != then:
+            raise WorkbookError(
+                f"{path}: says that valuation {one.number} was {_certified(one)}. It was {_certified(then)}. What was "
+                f"certified isn't rewritten: put back {path.stem}.signed-<time>.xlsx, or the sheet '{CERTIFICATES}' as "
+                "it was, and write what was wrong into the next valuation (an override, with its reason)"
+            )
+
+
+def _certified(one: Certificate) -> str:
+    """Write who signed a valuation, when, for which visit, and what it comes to."""
+    sums = ", ".join(f"{total.net:,.2f} {total.currency}".strip() for total in one.totals)
+    return f"signed by {one.signed_by} on {one.signed_on.isoformat()}, visit of {one.visit.isoformat()}, net {sums}"
 
 
 def _last_workbook(
@@ -114,7 +141,8 @@ def inputs_of(
     if named and known is not None and known.project_terms not in (None, own) and inputs.terms == known.terms:
         inputs = replace(inputs, terms=own)
     notes = (*(last.notes if last is not None else ()), *_terms_kept(project, inputs.terms))
-    return with_photos(replace(inputs, count_observations=counts, project_terms=own), before), notes
+    inputs = replace(inputs, count_observations=counts, project_terms=own)
+    return with_what_they_rest_on(inputs, before, last.digest if last is not None else ""), notes
 
 
 def check_currency(lines: Sequence[CostProgress], inputs: ValuationInputs, files: Sequence[Path]) -> None:

@@ -6,7 +6,6 @@ of its own.
 
 import contextlib
 import errno
-import hashlib
 import json
 import os
 import shutil
@@ -29,6 +28,7 @@ from asbuilt_bim.flow.output.places import (
     check_strangers,
 )
 from asbuilt_bim.storage.atomic_write import PART, flush, flush_tree, replace_bytes
+from asbuilt_bim.storage.regular_file import file_digest
 from asbuilt_bim.storage.strict_json import parse_json
 
 RESULT = "result.json"
@@ -220,20 +220,15 @@ def _check_result(result: Path, digest: object, folder: Path) -> None:
     Raises:
         OutputError: it isn't: people are paid from it, so it counts for nothing.
     """
-    if not isinstance(digest, str) or not result.is_file() or _sha256(result) == digest:
+    if not isinstance(digest, str) or not result.is_file() or file_digest(result) == digest:
         return
     copy = folder / RESULT
-    whole = copy.is_file() and _sha256(copy) == digest
+    whole = copy.is_file() and file_digest(copy) == digest
     remedy = f"{copy} is as it was: copy it there" if whole else "put it back from a backup"
     raise OutputError(
         f"{result}: was changed since its run wrote it, so nothing is made from it; {remedy}. Or delete "
         f"{folder / CURRENT} to start anew, the runs stay"
     )
-
-
-def _sha256(file: Path) -> str:
-    with file.open("rb") as opened:
-        return hashlib.file_digest(opened, "sha256").hexdigest()
 
 
 def output_error(
@@ -261,7 +256,7 @@ def _pointer(run: Path, when: datetime, ifc: Sequence[str]) -> bytes:
         "format": "asbuilt-bim/current",
         "version": 1,
         "run": f"runs/{run.name}",
-        **({"result_sha256": _sha256(run / RESULT)} if (run / RESULT).is_file() else {}),
+        **({"result_sha256": file_digest(run / RESULT)} if (run / RESULT).is_file() else {}),
         "ifc": ifc[0],
         **({"more_ifc": list(ifc[1:])} if len(ifc) > 1 else {}),
         "written": when.astimezone(UTC).isoformat(timespec="seconds"),

@@ -2,7 +2,7 @@
 
 import os
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, date, datetime
 from pathlib import Path
@@ -13,12 +13,17 @@ from asbuilt_bim.codes import REVISIONS, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import AsBuiltError, ResultError
 from asbuilt_bim.flow.measure_visit import Progress
 from asbuilt_bim.flow.output.carried_on import check_currency, inputs_of, last_workbook, with_last
-from asbuilt_bim.flow.output.certified_photos import certified_runs, photo_changes, photos_of, signed_otherwise
+from asbuilt_bim.flow.output.certified_on import (
+    certified_runs,
+    file_changes,
+    photo_changes,
+    photos_of,
+    signed_otherwise,
+)
 from asbuilt_bim.flow.output.folder import OutputFolder, Published
 from asbuilt_bim.flow.output.places import CHANGES
 from asbuilt_bim.flow.pipeline import RunResult
 from asbuilt_bim.ifc.apart import write_copies
-from asbuilt_bim.ifc.read.source import file_digest, files_digest
 from asbuilt_bim.progress.globalid_remap import inputs_again, known_again, remapped_ids, with_new_ids
 from asbuilt_bim.progress.report import ProgressReport, Provenance
 from asbuilt_bim.progress.revision import remap_notes, revision_notes
@@ -37,6 +42,7 @@ from asbuilt_bim.scale.cache import digest_of
 from asbuilt_bim.scale.codec import plain_digest
 from asbuilt_bim.scale.fingerprint import library_versions, program_digest
 from asbuilt_bim.storage.plugins import Plugin
+from asbuilt_bim.storage.regular_file import file_digest, files_digest
 from asbuilt_bim.version import __version__
 
 
@@ -164,7 +170,7 @@ def with_what_is_known(
         CostError: what was certified before is of another currency than the costs now.
     """
     compared = with_other_program(with_visits_gone(with_revision(result, before), before), before)
-    return with_days_to_come(with_persons(compared, project, before, last), today)
+    return with_days_to_come(with_persons(compared, project, before, last, _digests(result, project)), today)
 
 
 def with_days_to_come(result: RunResult, today: date) -> RunResult:
@@ -216,9 +222,15 @@ def with_other_program(result: RunResult, before: ProgressReport | None) -> RunR
 
 
 def with_persons(
-    result: RunResult, project: Project, before: ProgressReport | None, last: LastWorkbook | None
+    result: RunResult,
+    project: Project,
+    before: ProgressReport | None,
+    last: LastWorkbook | None,
+    digests: Mapping[str, str],
 ) -> RunResult:
     """Return a run's result with what persons bring to its last visit's valuation; `before` is the current run's.
+
+    `digests` are of the files that the run is made from.
 
     Raises:
         CostError: what was certified before is of another currency than the costs now.
@@ -228,30 +240,40 @@ def with_persons(
         inputs = inputs_again(inputs, before, result.reports[-1], remapped_ids(before, result.design))
     check_currency(result.reports[-1].cost_lines, inputs, (project.costs,) if project.costs else project.ifc)
     inputs = replace(inputs, photos=photos_of(result.reports))
-    last_report = with_valuation(
-        result.reports[-1], inputs, (*notes, *photo_changes(inputs), *signed_otherwise(last, before))
-    )
+    changed = (*photo_changes(inputs), *file_changes(inputs, digests), *signed_otherwise(last, before))
+    last_report = with_valuation(result.reports[-1], inputs, (*notes, *changed))
     return replace(result, reports=(*result.reports[:-1], last_report))
 
 
 def provenance(result: RunResult, project: Project, when: datetime) -> Provenance:
     """Return what a run's numbers were made from."""
-    markers = replace(project.markers, survey=None)  # it has a digest of its own
-    accepted = [one for one in (project.accept_moved, project.accepted_shift) if one]
-    options = (project.options, project.target, markers, project.scope, *accepted)
+    digests = _digests(result, project)
     return Provenance(
         program_version=__version__,
         created=when.astimezone(UTC).isoformat(timespec="seconds"),
         project_name=project.name,
         ifc_name=result.design.file_name,
-        ifc_digest=result.design.file_digest,
-        rig_digest=plain_digest(result.rig, StereoRig),
-        survey_digest=_places_digest(project),
-        options_digest=digest_of([repr(options)]),
+        ifc_digest=digests["ifc"],
+        rig_digest=digests["rig"],
+        survey_digest=digests["survey"],
+        options_digest=digests["options"],
         networks=identities(project.networks),
         libraries=library_versions(),
         program_digest=program_digest(),
     )
+
+
+def _digests(result: RunResult, project: Project) -> dict[str, str]:
+    """Return the digests of what a run is made from beside its photos."""
+    markers = replace(project.markers, survey=None)  # it has a digest of its own
+    accepted = [one for one in (project.accept_moved, project.accepted_shift) if one]
+    options = (project.options, project.target, markers, project.scope, *accepted)
+    return {
+        "ifc": result.design.file_digest,
+        "rig": plain_digest(result.rig, StereoRig),
+        "survey": _places_digest(project),
+        "options": digest_of([repr(options)]),
+    }
 
 
 def _places_digest(project: Project) -> str:

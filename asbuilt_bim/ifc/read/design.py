@@ -19,8 +19,9 @@ from asbuilt_bim.ifc.read.facts import FileFacts, read_facts
 from asbuilt_bim.ifc.read.federation import Member, member, same_storeys
 from asbuilt_bim.ifc.read.orientation import read_grid_lines, read_north
 from asbuilt_bim.ifc.read.schedule import read_tasks
-from asbuilt_bim.ifc.read.source import files_digest, open_ifc
+from asbuilt_bim.ifc.read.source import open_ifc
 from asbuilt_bim.ifc.read.zones import read_zones
+from asbuilt_bim.storage.regular_file import files_digest
 
 _DAMAGE = (AssertionError, AttributeError, IndexError, KeyError, RuntimeError, TypeError, ValueError)
 """What ifcopenshell raises where an entity outside the elements lacks what the schema says it has."""

@@ -3,9 +3,7 @@
 Its header is looked at first: a schema name that ifcopenshell can't hold ends the process.
 """
 
-import hashlib
 import re
-from collections.abc import Sequence
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -66,18 +64,6 @@ def _open_text(where: Path, path: Path, head: bytes, tail: bytes) -> Any:
         raise DesignError(f"{path}: schema {name} is not supported; export it as one of {', '.join(SCHEMAS)}")
     refuse_circles(file, str(path))
     return file
-
-
-def file_digest(path: Path) -> str:
-    """Return the sha256 of a file's bytes as hexadecimal text."""
-    with open_regular(path) as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
-def files_digest(paths: Sequence[Path]) -> str:
-    """Return the digest of a design: its file's, or one over those of its files in their order."""
-    digests = [file_digest(path) for path in paths]
-    return digests[0] if len(digests) == 1 else hashlib.sha256("\n".join(digests).encode()).hexdigest()
 
 
 def _ends(path: Path) -> tuple[bytes, bytes]:

@@ -19,7 +19,7 @@ _OF_LINES = {
 }
 OF_MONEY = _OF_LINES | {
     *(Reason.COST_UNIT_UNKNOWN, Reason.COST_PAID_TWICE, Reason.COST_COVER_UNKNOWN, Reason.CERTIFIED_PHOTOS_CHANGED),
-    Reason.CERTIFIED_OTHERWISE,
+    *(Reason.CERTIFIED_OTHERWISE, Reason.CERTIFIED_FILES_CHANGED),
 }
 """Codes of notes on lines for which too much or too little may be paid: they stand beside what is due."""
 CODES = _OF_LINES | {
@@ -67,16 +67,9 @@ def valuation_notes(report: ProgressReport) -> list[Note]:
         notes += list(contract_notes(bill))[:MOST]
         notes += [*list(_falls(bill))[:MOST], *terms_notes(bill, inputs)]
     notes += list(_of_persons(made, inputs))[:MOST]
-    later = [one for one in inputs.certificates if one.visit > report.visit_date]
-    notes += [
-        noted(
-            Reason.CERTIFICATE_LATER,
-            about(SubjectKind.VISIT, report.visit_date.isoformat()),
-            number=one.number,
-            visit=one.visit.isoformat(),
-        )
-        for one in later[-1:]
-    ]
+    subject = about(SubjectKind.VISIT, report.visit_date.isoformat())
+    later = [one for one in inputs.certificates if one.visit > report.visit_date][-1:]
+    notes += [noted(Reason.CERTIFICATE_LATER, subject, number=one.number, visit=one.visit.isoformat()) for one in later]
     return notes
 
 

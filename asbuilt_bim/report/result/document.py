@@ -17,7 +17,7 @@ from asbuilt_bim.storage.strict_json import parse_json
 
 FORMAT = "asbuilt-bim/result"
 VERSION = 1  # raised when an older program could no longer read the file
-MINOR = 17  # raised when keys are added
+MINOR = 18  # raised when keys are added
 MAX_BYTES = 500_000_000  # some thousand stations; a larger file is no result, or would fill the memory
 VISITS, CARRIED = "visits", "history"
 """Folders of a run: a result for each visit that it measured, and for each that it took over from an earlier run."""

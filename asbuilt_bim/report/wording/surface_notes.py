@@ -14,6 +14,8 @@ HUES = (
 """What CIE Lab's hues are called, each up to an angle in degrees."""
 _OFF = "{distance_m:.2f} m off its design ({x_m:+.2f} m in x, {y_m:+.2f} m in y)"
 _ACCEPT = "Nothing of it counts until accept_moved in the project file lists {subject.name}"
+FILE_WORDS = {"ifc": "IFC file", "survey": "survey", "options": "scope, accepted shift or option"}
+"""Other than by its name: what a run is made from."""
 _SEEN = "{coverage:% seen} of it was seen, "
 
 
@@ -85,6 +87,16 @@ def _photos_changed(note: Note) -> str:
     )
 
 
+def _files_changed(note: Note) -> str:
+    files = note.values["files"]
+    named = [FILE_WORDS.get(str(one), str(one)) for one in (files if isinstance(files, tuple) else ())]
+    return filled(
+        f"Valuation {{number}} was signed on a run with another {', another '.join(named)}. What was certified stays "
+        "as it was, but what counts of it now follows today's files. If nobody meant that, put them back",
+        note,
+    )
+
+
 def _certified_otherwise(note: Note) -> str:
     columns = (note.values[key] for key in ("elements", "signed", "of_run"))
     shares = zip(*(column if isinstance(column, tuple) else () for column in columns), strict=False)
@@ -143,6 +155,7 @@ SURFACE_NOTES: Mapping[Reason, Template] = {
     "and once",
     Reason.CERTIFIED_PHOTOS_CHANGED: _photos_changed,
     Reason.CERTIFIED_OTHERWISE: _certified_otherwise,
+    Reason.CERTIFIED_FILES_CHANGED: _files_changed,
     Reason.VISITS_GONE: "The last run counted what was seen on {visits:list}, and this one doesn't: the project file "
     "lacks it, or --visit names an earlier one. Put it back, name that visit's result under history, or run without "
     "--visit",

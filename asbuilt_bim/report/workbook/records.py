@@ -107,12 +107,14 @@ def write_certificates(sheet: Worksheet, report: ProgressReport, title: str, sty
             cells: list[Cell] = [one.number, one.visit, one.signed_on, one.signed_by, sums.bill]
             cells += [sums.currency or NO_CURRENCY, sums.work, sums.variations, sums.retention, sums.tax]
             cells += [cents(sums.net), payable, cents(payable - paid.get(sums.bill, 0.0))]
+            cells += [one.run, one.digests.get("workbook", "")]
             paid[sums.bill] = payable
             write_row(sheet, row, cells, CERTIFICATES, styles)
     if row == HEAD:
         write_cell(sheet, row + 1, 0, "None yet. A valuation is signed on the sheet Valuation.", "text", styles)
     write_table(sheet, "Certificates", HEAD, row, CERTIFICATES, styles)
-    print_page(sheet, HEAD, last_row=max(row, HEAD + 1), last_column=len(CERTIFICATES) - 1)
+    money = next(index for index, column in enumerate(CERTIFICATES) if column.heading == "Paid by this one")
+    print_page(sheet, HEAD, last_row=max(row, HEAD + 1), last_column=money)  # digests are for the screen
 
 
 def write_observations(

@@ -15,7 +15,7 @@ from asbuilt_bim.codes import Reason
 from asbuilt_bim.errors import CostError, WorkbookError
 from asbuilt_bim.flow.output import publish
 from asbuilt_bim.flow.output.carried_on import inputs_of, last_workbook
-from asbuilt_bim.flow.output.certified_photos import certified_runs
+from asbuilt_bim.flow.output.certified_on import certified_runs
 from asbuilt_bim.flow.output.folder import OutputFolder
 from asbuilt_bim.flow.output.kept import keep_edited
 from asbuilt_bim.flow.output.publish import with_persons
@@ -194,7 +194,7 @@ def test_costs_in_another_currency_than_was_signed_are_refused_by_file_and_both_
     project: Any = SimpleNamespace(valuation=PROJECT, costs=Path("boq.csv"), ifc=())
 
     def run(report: ProgressReport) -> object:
-        return with_persons(SimpleNamespace(reports=(report,), past=(before,)), project, None, None)  # type: ignore[arg-type]
+        return with_persons(SimpleNamespace(reports=(report,), past=(before,)), project, None, None, {})  # type: ignore[arg-type]
 
     with pytest.raises(CostError, match=r"boq.csv: item .* is in CHF, and valuation 1 has it in EUR\. Nothing was wri"):
         run(in_currency(plain, "CHF"))
@@ -223,7 +223,7 @@ def test_a_visit_that_was_certified_and_rests_on_other_photos_now_is_named_until
 
     def run(report: ProgressReport, before: ProgressReport | None, last: LastWorkbook | None = None) -> ProgressReport:
         result: Any = make_dataclass("Run", ["reports", "past", "design"])((report,), (), None)
-        return with_persons(result, project, before, last).reports[-1]
+        return with_persons(result, project, before, last, {}).reports[-1]
 
     def told(report: ProgressReport) -> list[str]:
         return [note_words(note) for note in report.notes if note.code is Reason.CERTIFIED_PHOTOS_CHANGED]
@@ -251,7 +251,7 @@ def test_shares_that_a_signed_workbook_calls_certain_and_its_run_does_not_are_na
 
     def run(before: ProgressReport | None, last: LastWorkbook | None = None) -> ProgressReport:
         result: Any = make_dataclass("Run", ["reports", "past", "design"])((plain,), (), None)
-        return with_persons(result, project, before, last).reports[-1]
+        return with_persons(result, project, before, last, {}).reports[-1]
 
     def told(report: ProgressReport) -> list[str]:
         return [note_words(note) for note in report.notes if note.code is Reason.CERTIFIED_OTHERWISE]
@@ -276,7 +276,7 @@ def test_a_certificate_knows_its_run_from_when_it_is_signed_on(monkeypatch: pyte
 
     def run(before: ProgressReport | None, day: int, last: LastWorkbook | None = None) -> ProgressReport:
         result: Any = make_dataclass("Run", ["reports", "past", "design"])((plain,), (), None)
-        found = with_persons(result, project, before, last).reports[-1]
+        found = with_persons(result, project, before, last, {}).reports[-1]
         assert found.provenance is not None
         return replace(found, provenance=replace(found.provenance, created=f"2026-03-{day}T12:00:00+00:00"))
 
@@ -329,3 +329,50 @@ def test_an_unsigned_workbook_gives_exchanged_numbers_nothing_of_the_other_works
         "costs:1.1 (before)": ("Columns", 0.0, set()),
         "costs:1.2 (before)": ("Walls", 0.0, set()),
     }
+
+
+def test_files_other_than_those_that_a_valuation_was_signed_on_are_named_until_the_next_is_signed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(publish, "remapped_ids", lambda before, design: {})
+    project: Any = SimpleNamespace(valuation=PROJECT, costs=Path("boq.csv"), ifc=())
+
+    def run(before: ProgressReport | None, last: LastWorkbook | None = None, **other: str) -> ProgressReport:
+        result: Any = make_dataclass("Run", ["reports", "past", "design"])((plain,), (), None)
+        files = {"ifc": "a", "rig": "b", "survey": "c", "options": "d"} | other
+        made = with_persons(result, project, before, last, files).reports[-1]
+        assert made.provenance is not None
+        digests = {f"{name}_digest": one for name, one in files.items()}
+        return replace(made, provenance=replace(made.provenance, **digests))
+
+    def told(report: ProgressReport) -> list[str]:
+        return [note_words(note) for note in report.notes if note.code is Reason.CERTIFIED_FILES_CHANGED]
+
+    plain = in_currency(sample_report(), "EUR")
+    first = run(None)
+    same = run(first, LastWorkbook(inputs=signed(first), notes=(), digest="5"))
+    (certificate,) = (same.valuation or ValuationInputs()).certificates
+    assert certificate.digests == {"workbook": "5", "ifc": "a", "rig": "b", "survey": "c", "options": "d"}
+    assert told(same) == told(run(same)) == []
+    other = run(same, survey="x", ifc="y")
+    (words,) = told(other)
+    assert "Valuation 1 was signed on a run with another IFC file, another survey." in words
+    assert told(run(other, survey="x", ifc="y")) == [words]
+    assert told(run(other)) == []
+    again = LastWorkbook(inputs=signed(other), notes=())
+    assert told(run(other, again, survey="x", ifc="y")) == []
+
+
+def test_a_certificate_that_was_rewritten_in_a_later_workbook_is_refused_with_both(tmp_path: Path) -> None:
+    plain = in_currency(sample_report(), "EUR")
+    begun = with_valuation(plain, ValuationInputs())
+    later = with_valuation(plain, replace(signed(begun), photos={}))
+    out = folder(tmp_path, later)
+    assert last_workbook(out, later) is None
+    (own,) = (later.valuation or ValuationInputs()).certificates
+    typed(tmp_path / "quantities.xlsx", {("Certificates", "D5"): own.signed_by})
+    last = last_workbook(out, later)
+    assert last is not None and last.inputs.certificates == (own,)
+    typed(tmp_path / "quantities.xlsx", {("Certificates", "D5"): "Somebody else"})
+    with pytest.raises(WorkbookError, match=f"1 was signed by Somebody else on .* It was signed by {own.signed_by} on"):
+        last_workbook(out, later)

@@ -36,7 +36,7 @@ SAMPLES: Values = {
     **dict.fromkeys(("start", "finish", "since", "begun", "begin", "later"), "2026-03-02"),
     **dict.fromkeys(("ifc_dates", "takes_off", "rounded", "left_empty"), True),
     **dict.fromkeys(("elements", "tasks", "schedules", "stations", "visits", "columns"), ("A3",)),
-    **dict.fromkeys(("gone", "added", "replaced"), ("A3",)),
+    **dict.fromkeys(("gone", "added", "replaced", "files"), ("A3",)),
     **dict.fromkeys(("turn_rad", "turn_before_rad", "turn_after_rad"), ANGLES),
     **dict.fromkeys(("turn_sigma_rad", "turn_before_sigma_rad", "turn_after_sigma_rad"), ANGLES),
     "text": "Mauer",

@@ -1,19 +1,21 @@
-"""Says where what was certified rests on other photos than now, or on other shares than its run's."""
+"""Says what certificates rest on, and where that is other than now: photos, files, shares of their run."""
 
 import contextlib
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
 from hashlib import sha256
 
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
-from asbuilt_bim.progress.report import ProgressReport
+from asbuilt_bim.progress.report import ProgressReport, Provenance
 from asbuilt_bim.progress.valuation.bill import bills
 from asbuilt_bim.progress.valuation.inputs import NO_INPUTS, ValuationInputs
 from asbuilt_bim.report.workbook.read import LastWorkbook
 
 MOST_NAMED = 5
+FILES = ("ifc", "rig", "survey", "options")
+"""What a run is made from beside its photos."""
 
 
 def signed_otherwise(last: LastWorkbook | None, before: ProgressReport | None) -> list[Note]:
@@ -52,17 +54,31 @@ def signed_otherwise(last: LastWorkbook | None, before: ProgressReport | None) -
     ]
 
 
-def with_photos(inputs: ValuationInputs, before: ProgressReport | None) -> ValuationInputs:
-    """Return what a valuation begins with, with the photos and the run that certificates were signed on.
+def with_what_they_rest_on(
+    inputs: ValuationInputs, before: ProgressReport | None, workbook_digest: str
+) -> ValuationInputs:
+    """Return what a valuation begins with, with the photos, the run and the files that certificates were signed on.
 
-    A workbook that somebody signed is of the run `before`: its photos are the certificate's from then on.
+    A workbook that somebody signed, of this digest, is of the run `before`: its photos are the certificate's from then
+    on, and so are its files.
     """
     known = (before.valuation if before is not None else None) or NO_INPUTS
-    run = before.provenance.created if before is not None and before.provenance is not None else ""
-    had = {one.number: (one.photos, one.run) for one in known.certificates}
-    signed = ((one, *had.get(one.number, (known.photos, run))) for one in inputs.certificates)
-    certificates = tuple(replace(one, photos=photos, run=made) for one, photos, made in signed)
+    made_from = before.provenance if before is not None else None
+    files = _digests_of(made_from) if made_from is not None else {}
+    own = (known.photos, made_from.created if made_from is not None else "", {**files, "workbook": workbook_digest})
+    had = {one.number: (one.photos, one.run, one.digests) for one in known.certificates}
+    signed = ((one, *had.get(one.number, own)) for one in inputs.certificates)
+    certificates = tuple(replace(one, photos=photos, run=run, digests=of) for one, photos, run, of in signed)
     return replace(inputs, certificates=certificates, photos=known.photos)
+
+
+def _digests_of(made_from: Provenance) -> dict[str, str]:
+    return {
+        "ifc": made_from.ifc_digest,
+        "rig": made_from.rig_digest,
+        "survey": made_from.survey_digest,
+        "options": made_from.options_digest,
+    }
 
 
 def certified_runs(report: ProgressReport) -> set[datetime]:
@@ -83,6 +99,17 @@ def photos_of(reports: Sequence[ProgressReport]) -> dict[str, str]:
         for report in reports
         for station in report.stations
     }
+
+
+def file_changes(inputs: ValuationInputs, digests: Mapping[str, str]) -> list[Note]:
+    """Return the note on files that the last certificate rests on, and that are others now; `digests`: by `FILES`."""
+    last = inputs.certificates[-1] if inputs.certificates else None
+    if last is None:
+        return []
+    known = last.digests.keys() & digests.keys()
+    others = tuple(name for name in FILES if name in known and last.digests[name] != digests[name])
+    subject = about(SubjectKind.VISIT, last.visit.isoformat())
+    return [noted(Reason.CERTIFIED_FILES_CHANGED, subject, number=last.number, files=others)] if others else []
 
 
 def photo_changes(inputs: ValuationInputs) -> list[Note]:
