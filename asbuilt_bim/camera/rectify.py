@@ -18,6 +18,7 @@ MAX_GROWTH = 1.3
 MAX_TURN_RAD = np.deg2rad(30.0)
 """A camera turned further than this to stand along the baseline is no stereo pair but a mistake."""
 _BORDER_STEPS = 65
+_BETWEEN_PX = 5  # where a lens draws things smaller than the middle of the photo does, its pixels are further apart
 _LEAST_AHEAD = 0.1  # cosine: 84 degrees off the axis are out of every frame
 
 
@@ -56,7 +57,10 @@ class RectifiedCamera:
 
     def project(self, points_left_m: ArrayLike) -> FloatArray:
         """Return rectified left pixels (..., 2) of points (..., 3) in the left frame; NaN behind the camera."""
-        rectified = np.asarray(points_left_m, dtype=np.float64) @ self.rectified_from_left.T
+        return self.pixels_of(np.asarray(points_left_m, dtype=np.float64) @ self.rectified_from_left.T)
+
+    def pixels_of(self, rectified: FloatArray) -> FloatArray:
+        """Return rectified pixels (..., 2) of points (..., 3) in a RECTIFIED camera's frame; NaN behind it."""
         z = np.where(rectified[..., 2] > 1e-6, rectified[..., 2], np.nan)
         return np.stack(
             [self.f_px * rectified[..., 0] / z + self.cx_px, self.f_px * rectified[..., 1] / z + self.cy_px], axis=-1
@@ -82,20 +86,46 @@ class RectifiedPair:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TakenPhoto:
+    """A photo as it was taken (working size), BGR uint8 (h, w, 3), and what of it the rectified frame shows (h, w)."""
+
+    image: ByteImage
+    shown: BoolArray
+    lens: Intrinsics
+    turn: FloatArray  # (3, 3), rectified_from_left or rectified_from_right
+    camera: RectifiedCamera
+
+    def rectified(self, pixels: FloatArray) -> FloatArray:
+        """Carry pixels (N, 2) of the photo to the rectified frame; NaN where the lens shows nothing."""
+        return self.camera.pixels_of(self.lens.rays(pixels) @ self.turn.T)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Rectification:
     """The maps that carry a rig's photos to rectified pairs: where each rectified pixel lies in its photo.
 
     `left_map`, `right_map` float32 (H, W, 2) in pixels of the original photos; valid masks bool (H, W).
     """
 
+    rig: StereoRig
     camera: RectifiedCamera
     rectified_from_right: FloatArray  # (3, 3)
     left_map: Float32Array
     right_map: Float32Array
     valid_left: BoolArray
     valid_right: BoolArray
-    left_size: tuple[int, int]  # (width, height) of the photos it is for
-    right_size: tuple[int, int]
+    shown_left: BoolArray  # (h, w) of the photo: what the rectified frame shows
+    shown_right: BoolArray
+
+    def taken(self, left_image: ByteImage, right_image: ByteImage) -> tuple[TakenPhoto, TakenPhoto]:
+        """Return a station's photos as they were taken, with where they lie in the rectified frame."""
+        camera, rig, turn = self.camera, self.rig, self.camera.rectified_from_left
+        return (
+            TakenPhoto(image=left_image, shown=self.shown_left, lens=rig.left, turn=turn, camera=camera),
+            TakenPhoto(
+                image=right_image, shown=self.shown_right, lens=rig.right, turn=self.rectified_from_right, camera=camera
+            ),
+        )
 
 
 def rectification(rig: StereoRig) -> Rectification:
@@ -124,15 +154,24 @@ def rectification(rig: StereoRig) -> Rectification:
     left_map, valid_left = rectified_map(camera, rig.left, left_turn)
     right_map, valid_right = rectified_map(camera, rig.right, right_turn)
     return Rectification(
+        rig=rig,
         camera=camera,
         rectified_from_right=frozen(right_turn),
         left_map=left_map,
         right_map=right_map,
         valid_left=valid_left,
         valid_right=valid_right,
-        left_size=(rig.left.width_px, rig.left.height_px),
-        right_size=(rig.right.width_px, rig.right.height_px),
+        shown_left=_shown(left_map[valid_left], rig.left),
+        shown_right=_shown(right_map[valid_right], rig.right),
     )
+
+
+def _shown(at: Float32Array, photo: Intrinsics) -> BoolArray:
+    """Return the pixels (h, w) of a photo that pixels of the rectified frame lie `at` (N, 2), and those between."""
+    shown = np.zeros((photo.height_px, photo.width_px), dtype=np.uint8)
+    x, y = np.round(at).astype(int).T
+    shown[y.clip(0, photo.height_px - 1), x.clip(0, photo.width_px - 1)] = 1
+    return freeze(cv2.morphologyEx(shown, cv2.MORPH_CLOSE, np.ones((_BETWEEN_PX, _BETWEEN_PX), np.uint8)) > 0)
 
 
 def rectify(prepared: Rectification, left_image: ByteImage, right_image: ByteImage, name: str) -> RectifiedPair:
@@ -140,12 +179,11 @@ def rectify(prepared: Rectification, left_image: ByteImage, right_image: ByteIma
 
     Raises: PhotoError where a picture hasn't the rig's size.
     """
-    sides = (("left", left_image, prepared.left_size), ("right", right_image, prepared.right_size))
-    for side, image, (width, height) in sides:
-        if image.shape[:2] != (height, width):
+    for side, image, lens in (("left", left_image, prepared.rig.left), ("right", right_image, prepared.rig.right)):
+        if image.shape[:2] != (lens.height_px, lens.width_px):
             raise PhotoError(
                 f"station {name}: the {side} photo has {image.shape[1]} x {image.shape[0]} pixels, "
-                f"the rig {width} x {height}; use photos of the rig as the camera stored them"
+                f"the rig {lens.width_px} x {lens.height_px}; use photos of the rig as the camera stored them"
             )
     return RectifiedPair(
         name=name,

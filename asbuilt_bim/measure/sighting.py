@@ -5,7 +5,7 @@ The first part of measuring it, and all that a check on site needs.
 
 from dataclasses import dataclass
 
-from asbuilt_bim.camera.photo.quality import StationQuality, is_grey, photo_faults, quality_of
+from asbuilt_bim.camera.photo.quality import StationQuality, is_grey, photo_faults
 from asbuilt_bim.camera.photo.working_size import working_rig
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
@@ -40,11 +40,11 @@ def sight_station(
 ) -> Sighted | RejectedStation:
     """Read a pair and find its target and markers; what can't be measured is a `RejectedStation` with its reasons."""
     worked = working_rig(rig, options.most_width_px)
-    pair = read_station(photos, rig, worked)
-    if isinstance(pair, RejectedStation):
-        return pair
+    read = read_station(photos, rig, worked)
+    if isinstance(read, RejectedStation):
+        return read
+    pair, quality = read
     timer.done("read")
-    quality = quality_of(pair, photos.left.data, photos.right.data)
     faults = photo_faults(quality, photos.name)
     checked = check_rig(pair, worked)
     faults = (*faults, *checked.faults)

@@ -8,7 +8,7 @@ import numpy as np
 
 from asbuilt_bim.camera.photo.check import check_photo_against_rig
 from asbuilt_bim.camera.photo.overlap import check_pair, match_pair
-from asbuilt_bim.camera.photo.quality import StationQuality
+from asbuilt_bim.camera.photo.quality import StationQuality, quality_of
 from asbuilt_bim.camera.photo.read import Photo, decode
 from asbuilt_bim.camera.photo.swapped import swapped_rejection
 from asbuilt_bim.camera.photo.veil import veil_faults
@@ -51,8 +51,8 @@ class RejectedStation:
 
 def read_station(
     photos: StationPhotos, rig: StereoRig, working: StereoRig | None = None
-) -> RectifiedPair | RejectedStation:
-    """Decode, check and rectify both photos; what can't be used rejects the station by name.
+) -> tuple[RectifiedPair, StationQuality] | RejectedStation:
+    """Decode, check and rectify both photos, and measure their quality; what can't be used rejects the station by name.
 
     `working`: the rig at its working size (`working_rig`), where that isn't the photos' own.
     """
@@ -80,7 +80,9 @@ def read_station(
     worked = working or rig
     left, right = at_working_size(images[0], worked.left), at_working_size(images[1], worked.right)
     try:
-        return rectify(_prepared(worked), left, right, photos.name)
+        prepared = _prepared(worked)
+        pair = rectify(prepared, left, right, photos.name)
+        return pair, quality_of(*prepared.taken(left, right), photos.left.data, photos.right.data)
     except (PhotoError, RigError, cv2.error) as error:
         unusable = rejected(Reason.PHOTOS_UNUSABLE, station, detail=str(error))
         return RejectedStation(station=photos.name, rejections=(unusable,), picture=picture)

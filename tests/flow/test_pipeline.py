@@ -12,7 +12,6 @@ import ifcopenshell
 import ifcopenshell.guid
 import pytest
 
-from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import REVISIONS, Reason, SubjectKind, about
 from asbuilt_bim.errors import MeasureError, OutputError
@@ -165,10 +164,12 @@ def measured_as(kept: StationMeasurement) -> Callable[..., StationMeasurement]:
     """Stand in for the measuring of photos that show what a station showed: its picture alone is theirs."""
 
     def measure(photos: StationPhotos, rig: StereoRig, *_: object, **__: object) -> StationMeasurement:
-        pair = read_station(photos, rig)
-        assert isinstance(pair, RectifiedPair)
+        read = read_station(photos, rig)
+        assert isinstance(read, tuple)
         left, right = photos.left.digest, photos.right.digest
-        return replace(kept, station=photos.name, thumbnail_jpeg=thumbnail(pair), left_digest=left, right_digest=right)
+        return replace(
+            kept, station=photos.name, thumbnail_jpeg=thumbnail(read[0]), left_digest=left, right_digest=right
+        )
 
     return measure
 

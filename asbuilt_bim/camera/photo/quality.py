@@ -11,7 +11,7 @@ import numpy as np
 
 from asbuilt_bim.camera.photo.compression import rounded_away_grey
 from asbuilt_bim.camera.photo.sharpness import Sharpness, sharpness_of, smeared_shares
-from asbuilt_bim.camera.rectify import RectifiedPair
+from asbuilt_bim.camera.rectify import TakenPhoto
 from asbuilt_bim.codes import Reason, Subject, SubjectKind, about
 from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import BoolArray, ByteImage, Float32Array, median
@@ -72,11 +72,14 @@ class StationQuality:
     right: PhotoQuality
 
 
-def quality_of(pair: RectifiedPair, left_file: bytes, right_file: bytes) -> StationQuality:
-    """Measure both photos of a pair, and what their files had to leave out."""
+def quality_of(left: TakenPhoto, right: TakenPhoto, left_file: bytes, right_file: bytes) -> StationQuality:
+    """Measure both photos of a pair as they were taken, and what their files had to leave out.
+
+    Rectifying draws pixels between pixels: it takes noise away, and stretches edges by their direction, as motion does.
+    """
     return StationQuality(
-        left=photo_quality(pair.left, pair.valid_left, left_file),
-        right=photo_quality(pair.right, pair.valid_right, right_file),
+        left=photo_quality(left.image, left.shown, left_file, left),
+        right=photo_quality(right.image, right.shown, right_file, right),
     )
 
 
@@ -97,8 +100,13 @@ def white(photo: ByteImage) -> BoolArray:
     return np.asarray(cv2.min(cv2.min(blue, green), red) >= WHITE)
 
 
-def photo_quality(photo: ByteImage, valid: BoolArray, file: bytes = b"") -> PhotoQuality:
-    """Measure one photo (H, W, 3) where it is `valid` (H, W); `file` is what it was stored as."""
+def photo_quality(
+    photo: ByteImage, valid: BoolArray, file: bytes = b"", taken: TakenPhoto | None = None
+) -> PhotoQuality:
+    """Measure one photo (H, W, 3) where it is `valid` (H, W); `file` is what it was stored as.
+
+    `taken` says where its parts lie beside the other photo's; without, its rows are the other's.
+    """
     area = max(int(valid.sum()), 1)
     blue, green, red = cv2.split(photo)
     bleached, black = clipped(photo) & valid, _squares(np.asarray(cv2.max(cv2.max(blue, green), red) <= BLACK)) & valid
@@ -118,7 +126,7 @@ def photo_quality(photo: ByteImage, valid: BoolArray, file: bytes = b"") -> Phot
         tint_stops=_tint(light),
         noise_grey=noise,
         rounded_away_grey=rounded_away_grey(file),
-        sharpness=sharpness_of(picture, usable, noise),
+        sharpness=sharpness_of(picture, usable, noise, taken),
     )
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
+from asbuilt_bim.camera.rectify import TakenPhoto
 from asbuilt_bim.geometry.arrays import BoolArray, Float32Array, FloatArray, frozen
 
 SCALE_PX = 0.8
@@ -49,8 +50,10 @@ class _Edges:
     column: FloatArray
 
 
-def sharpness_of(picture: Float32Array, usable: BoolArray, noise_grey: float) -> Sharpness:
-    """Measure how sharp a photo's grey levels (H, W) are where `usable` (H, W).
+def sharpness_of(
+    picture: Float32Array, usable: BoolArray, noise_grey: float, taken: TakenPhoto | None = None
+) -> Sharpness:
+    """Measure how sharp a photo's grey levels (H, W) are where `usable` (H, W); `taken` says where its parts lie.
 
     Blur by s widens a step so that its slope falls with 1 / sqrt(s^2 + t^2) under more blur t. Two such t give s.
     Motion widens edges across it and none along it: a wave over the edges' directions.
@@ -63,7 +66,7 @@ def sharpness_of(picture: Float32Array, usable: BoolArray, noise_grey: float) ->
     blur = max(middle - length**2 / 24.0, 0.0)  # a line's variance, over all directions
     return Sharpness(
         edges=len(edges.ratio), blur_px=float(np.sqrt(blur)), motion_px=length, motion_deg=angle,
-        parts=_parts(edges, picture.shape),
+        parts=_parts(edges, picture.shape, taken),
     )  # fmt: skip
 
 
@@ -107,15 +110,20 @@ def _motion(edges: _Edges) -> tuple[float, float]:
     return float(np.sqrt(24.0 * np.hypot(level, aslant))), float(np.degrees(np.arctan2(aslant, level)) / 2.0 % 180.0)
 
 
-def _parts(edges: _Edges, size: tuple[int, ...]) -> FloatArray:
+def _parts(edges: _Edges, size: tuple[int, ...], taken: TakenPhoto | None) -> FloatArray:
+    at, ratio = np.stack([edges.column, edges.row], axis=-1), edges.ratio
+    if taken is not None:
+        size, at = (taken.camera.height_px, taken.camera.width_px), taken.rectified(at)
+        here = ((at >= 0.0) & (at < (size[1], size[0]))).all(axis=1)
+        at, ratio = at[here], ratio[here]
     side = size[1] / PARTS
-    row, column = (edges.row // side).astype(int), (edges.column // side).astype(int)
+    column, row = (at // side).astype(int).T
     parts = np.full((int(size[0] // side) + 1, PARTS), np.nan)
     number = row * PARTS + column
     order = np.argsort(number, kind="stable")
     for own in np.split(order, np.flatnonzero(np.diff(number[order])) + 1):
         if len(own) >= FEWEST_IN_PART:
-            parts[row[own[0]], column[own[0]]] = _variance(float(np.median(edges.ratio[own])))
+            parts[row[own[0]], column[own[0]]] = _variance(float(np.median(ratio[own])))
     return frozen(parts)
 
 

@@ -8,8 +8,18 @@ import cv2
 import numpy as np
 import pytest
 
+from asbuilt_bim.camera.intrinsics import Intrinsics
 from asbuilt_bim.camera.photo.compression import rounded_away_grey
-from asbuilt_bim.camera.photo.quality import StationQuality, clipped, is_grey, photo_faults, photo_quality
+from asbuilt_bim.camera.photo.quality import (
+    StationQuality,
+    clipped,
+    is_grey,
+    photo_faults,
+    photo_quality,
+    quality_of,
+)
+from asbuilt_bim.camera.rectify import rectification, rectify
+from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.codes import PHOTO_FAULTS, Reason
 from asbuilt_bim.geometry.arrays import ByteImage
 from asbuilt_bim.report.wording.reasons import words_of
@@ -158,3 +168,38 @@ def test_what_is_soft_in_both_photos_is_no_drop_on_a_lens() -> None:
     shifted = np.roll(soft, -60, axis=1)
     assert Reason.PHOTO_SMEARED not in codes(soft, shifted)
     assert Reason.PHOTO_SMEARED in codes(soft, np.roll(scene(), -60, axis=1))
+
+
+def wide_rig(lower_px: float = 0.0) -> StereoRig:
+    """Return a rig of two wide lenses, 10 cm apart, whose right photo shows all of it so much lower."""
+    left, right = (
+        Intrinsics(
+            K=np.array([[400.0, 0.0, 399.5], [0.0, 400.0, 299.5 + lower], [0.0, 0.0, 1.0]]),
+            distortion=np.array([-0.28, 0.074, 0.0, 0.0, 0.0]),
+            width_px=WIDTH,
+            height_px=HEIGHT,
+        )
+        for lower in (0.0, lower_px)
+    )
+    pose = np.eye(4)
+    pose[0, 3] = -0.1
+    return StereoRig(left=left, right=right, right_from_left=pose, covariance=np.zeros((14, 14)))
+
+
+def test_noise_is_that_of_the_photo_as_it_was_taken_and_not_what_rectifying_leaves_of_it() -> None:
+    noise = np.random.default_rng(3).normal(0.0, 6.0, (HEIGHT, WIDTH, 1))
+    prepared, photo = rectification(wide_rig()), stored(scene() + noise)
+    found = quality_of(*prepared.taken(photo, photo), b"", b"")
+    assert [one.code for one in photo_faults(found, "A1")] == [Reason.PHOTO_GRAINY]
+    drawn = rectify(prepared, photo, photo, "A1")
+    assert photo_quality(drawn.left, drawn.valid_left).noise_grey < 0.7 * found.left.noise_grey
+
+
+def test_parts_of_two_photos_are_compared_where_they_show_the_same_though_one_camera_looks_lower() -> None:
+    photo = scene()
+    photo[:300] = defocused(photo, 3)[:300]
+    lower = np.roll(photo, 100, axis=0)
+    taken = rectification(wide_rig(lower_px=100.0)).taken(photo, lower)
+    assert photo_faults(quality_of(*taken, b"", b""), "A1") == ()
+    beside = StationQuality(left=photo_quality(photo, ALL), right=photo_quality(lower, ALL))
+    assert Reason.PHOTO_SMEARED in [one.code for one in photo_faults(beside, "A1")]
