@@ -4,13 +4,15 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
+import numpy as np
+
 from asbuilt_bim.camera.calibration.boards import Board, find_board, same_way_round
 from asbuilt_bim.camera.calibration.other_boards import refuse_other_board
 from asbuilt_bim.camera.calibration.parameters import BoardView
 from asbuilt_bim.camera.photo.read import Photo, decode
 from asbuilt_bim.codes import Reason, Subject, SubjectKind, Value, about
 from asbuilt_bim.errors import CalibrationError, PhotoError, Rejection, rejected
-from asbuilt_bim.geometry.arrays import frozen
+from asbuilt_bim.geometry.arrays import FloatArray, frozen
 
 FEWEST_PAIRS = 6
 """Nine numbers a camera need three views; six let a bad one be found and leave a rest to check against."""
@@ -156,7 +158,7 @@ def pair_subject(left: Photo, right: Photo) -> Subject:
 
 
 def require_enough(views: Sequence[BoardView], left_out: Sequence[Rejection]) -> None:
-    """Refuse to calibrate from fewer than `FEWEST_PAIRS`.
+    """Refuse to calibrate from fewer than `FEWEST_PAIRS`, or from pairs that show the board in fewer places.
 
     Raises: CalibrationError with what became of the others as its `rejections`.
     """
@@ -166,3 +168,24 @@ def require_enough(views: Sequence[BoardView], left_out: Sequence[Rejection]) ->
             "with the board tilted every way and in every part of the frame",
             left_out,
         )
+    if (places := _places(views)) < FEWEST_PAIRS:
+        raise CalibrationError(
+            f"calibration: {len(views)} pairs show the board in {places} place{'' if places == 1 else 's'} (in the "
+            f"others no corner moved by half a square), at least {FEWEST_PAIRS} are needed; move and tilt the board "
+            "between photos",
+            left_out,
+        )
+
+
+def _places(views: Sequence[BoardView]) -> int:
+    """Count the views that show the board elsewhere than each other one that counts."""
+    kept: list[dict[tuple[float, ...], FloatArray]] = []
+    for view in views:
+        corners = {tuple(np.round(point, 6)): px for point, px in zip(view.left_points_m, view.left_px, strict=True)}
+        beside = np.linalg.norm(view.left_px[:, None] - view.left_px[None], axis=-1)
+        square_px = float(np.median(np.where(beside > 0.0, beside, np.inf).min(axis=1)))
+        shared = ([(corners[key], one[key]) for key in corners.keys() & one.keys()] for one in kept)
+        moved = (max((float(np.linalg.norm(a - b)) for a, b in pairs), default=np.inf) for pairs in shared)
+        if all(far > 0.5 * square_px for far in moved):
+            kept.append(corners)
+    return len(kept)

@@ -54,6 +54,17 @@ def test_a_pair_not_taken_at_one_moment_is_left_out_by_name() -> None:
     assert abs(found.rig.baseline_m - 0.2) < 0.002
 
 
+def test_many_pairs_of_a_board_that_stood_in_few_places_are_refused_with_how_many() -> None:
+    rng, taken = np.random.default_rng(5), list(pairs(CHESS, 2))
+    again = []
+    for k in range(12):
+        photos = (decode(photo) for photo in taken[k % 2])
+        noisy = [np.clip(photo + rng.normal(0.0, 2.0, photo.shape), 0, 255).astype(np.uint8) for photo in photos]
+        again.append((as_photo(f"left_{k}.jpg", noisy[0], "L-1"), as_photo(f"right_{k}.jpg", noisy[1], "R-2")))
+    with pytest.raises(CalibrationError, match=r"12 pairs show the board in 2 places \(.*at least 6 are needed; move"):
+        calibrate_stereo(again, CHESS)
+
+
 def test_a_pair_that_is_there_again_under_another_name_counts_once_and_is_named() -> None:
     taken = list(pairs(CHESS, 8))
     copies = [replace(photo, name=f"copy_{photo.name}") for photo in taken[2]]
