@@ -172,7 +172,8 @@ def checked_station(looked: Looked, reasons: Sequence[Rejection]) -> CheckedStat
         unread = aspect == "photos" and isinstance(outcome, RejectedStation)
         grade: Grade = "ok"
         if against:
-            grade = "doubtful" if pose is not None else "not"
+            alone = all(one.code in PHOTO_FAULTS for one in against)  # no such fault leaves a station out by itself
+            grade = "doubtful" if pose is not None or alone else "not"
         elif (aspect == "place" and pose is None) or ((ended or unread) and not _was_seen(aspect, looked)):
             grade = "unchecked"
         elif aspect == "tags" and pose is None and not values.get("tags"):

@@ -12,10 +12,15 @@ NO_MEANING = 1.0
 
 
 def _turn(note: Note, key: str) -> str:
-    """Return a turn with its sigma: `pitch +0.000° ± 0.010°, yaw +0.200° ± 0.010°, roll ...`."""
+    """Return a turn with its sigma: `pitch +0.000° ± 0.010°, yaw +0.200° ± 0.010°, roll ...`.
+
+    What photos say nothing of was held, and has no sigma.
+    """
     turn, sigma = (np.rad2deg(np.asarray(note.values[f"{key}{end}"], dtype=float)) for end in ("_rad", "_sigma_rad"))
     parts = zip(("pitch", "yaw", "roll"), turn, sigma, strict=True)
-    return ", ".join(f"{name} {angle:+.3f}° ± {one:.3f}°" for name, angle, one in parts)
+    return ", ".join(
+        f"{name} {angle:+.3f}° ± {one:.3f}°" if one > 0.0 else f"{name} as calibrated" for name, angle, one in parts
+    )
 
 
 def _refined(note: Note) -> str:

@@ -189,3 +189,9 @@ def test_a_place_by_two_faces_and_a_small_chance_read_as_one_would_say_them() ->
     note = Note(code=Reason.PLACED_BY_DESIGN, subject=about(SubjectKind.STATION, "G5"), values=values)
     assert "few by themselves" in note_words(note) and "Its chance is one in 500,000" in note_words(note)
     assert "few by themselves" not in note_words(replace(note, values={**values, "fits": 3}))
+
+
+def test_an_angle_of_a_refined_rig_that_was_held_is_said_to_be_as_calibrated() -> None:
+    values: Values = {**SAMPLES, "turn_rad": (0.001, 0.0, 0.0), "turn_sigma_rad": (0.0002, 0.0, 0.0003)}
+    words = note_words(sample(Reason.RIG_USED_REFINED, values))
+    assert "pitch +0.057° ± 0.011°, yaw as calibrated, roll +0.000° ± 0.017°" in words
