@@ -515,3 +515,15 @@ def test_a_day_that_is_none_is_named_with_how_days_are_written(day: str) -> None
 def test_the_list_of_commands_breaks_no_sentence_off() -> None:
     listed = CliRunner().invoke(app, ["--help"]).output.partition("Commands:")[2]
     assert "check " in listed and "..." not in listed
+
+
+def test_what_takes_long_and_has_no_steps_is_shown_at_a_terminal_and_leaves_nothing_in_a_log(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with Screen().waiting("Reading a.ifc"):
+        pass
+    assert capsys.readouterr().out == ""
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    with Screen().waiting("Reading \x1b[31ma.ifc"):
+        pass
+    assert "Reading [31ma.ifc" in capsys.readouterr().out.replace("\ufffd", "")

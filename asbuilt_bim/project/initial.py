@@ -56,6 +56,10 @@ def missing(found: FoundFiles) -> tuple[str, ...]:
         )
     elif not found.rigs:
         lacks.append(f"the board: {_to_give(found.boards[0].board)}")
+    if found.rigs or not found.boards:
+        named = [*found.rigs, *(" and ".join(files) for files in found.factory)]
+        if len(named) > 1:
+            lacks.append(f"{len(named)} rigs ({_some(named)}): keep under rig the one that took these photos")
     lacks.append("the target: measure the disc across, and give diameter_m under target")
     if not found.surveys:
         lacks.append(

@@ -202,7 +202,8 @@ def inspect_command(path: Path, screen: Screen) -> int:
     Raises:
         DesignError: it can't be used.
     """
-    found = inspect_file(path)
+    with screen.waiting(f"Reading {path.name}"):
+        found = inspect_file(path)
     for table in (*fact_tables(path.name, found.facts), *(design_tables(found.design) if found.design else ())):
         screen.say(table)
     if found.design is None:

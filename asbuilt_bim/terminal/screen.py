@@ -15,6 +15,7 @@ from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
     Progress,
+    SpinnerColumn,
     TaskID,
     TextColumn,
     TimeElapsedColumn,
@@ -93,6 +94,17 @@ class Screen:
     def error(self, text: str) -> None:
         """Print why there is no result."""
         self._err.print(Text(f"error: {text}", style="bold red"), soft_wrap=True)
+
+    @contextmanager
+    def waiting(self, what: str) -> Iterator[None]:
+        """Show at a terminal that something goes on whose steps nobody can count, and for how long."""
+        if self.quiet or not self._out.is_terminal:
+            yield
+            return
+        columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn())
+        with Progress(*columns, console=self._out, transient=True) as bar:
+            bar.add_task(harmless(what), total=None)
+            yield
 
     @contextmanager
     def steps(self) -> Iterator[StepReporter]:

@@ -292,3 +292,10 @@ def test_a_draft_says_where_a_second_storey_goes_how_it_is_spelt_and_what_sigma_
     text = initial_text("site", find_files(site))
     for told in ("near_stations:", "asbuilt-bim inspect spells it", "Survey and near may both", "sigma_m is what"):
         assert told in text
+
+
+def test_of_two_rigs_that_lie_there_the_person_is_asked_which_took_the_photos(tmp_path: Path) -> None:
+    found = find_files(made(tmp_path, "a.json", "b.json", text='{"cameraData": []}'))
+    assert "2 rigs (a.json, b.json): keep under rig the one that took these photos" in missing(found)
+    (tmp_path / "b.json").unlink()
+    assert not any("keep under rig" in one for one in missing(find_files(tmp_path)))
