@@ -242,6 +242,23 @@ def tables(context: click.Context, folder: Path, out: Path, form: str, replace: 
     guarded(context, screen, action)
 
 
+@app.command(short_help="Say whether what was paid on is as it was.")
+@click.argument("folder", type=_FILE, metavar="FOLDER")
+@click.option("--project", type=_FILE, default=None, metavar="PROJECT.yaml", help="Look at its photos and survey, too.")
+@click.option("--allow-outside", is_flag=True, help="Allow paths of PROJECT.yaml that leave its folder.")
+@click.pass_context
+def verify(context: click.Context, folder: Path, project: Path | None, allow_outside: bool) -> None:
+    """Say whether the run in FOLDER, its signed valuations and all they rest on are as they were; exit 1 if not."""
+    screen = Screen()
+
+    def action() -> int:
+        from asbuilt_bim.terminal.verify_command import verify_command
+
+        return verify_command(folder, project, screen, allow_outside=allow_outside)
+
+    guarded(context, screen, action)
+
+
 @app.command("ifcpatch-dir", short_help="Print where the ifcpatch recipe lies.")
 def ifcpatch_dir() -> None:
     """Print the folder of the ifcpatch recipe AsBuiltProgress, for IFCPATCH_RECIPE_DIR."""

@@ -84,7 +84,8 @@ def _last_workbook(
         known = current is None or any(age_of(run) <= age_of(current.folder) for run in same)
         if same and known and before is not None:
             return None
-        return read_last_workbook(copy, as_it_stands=as_it_stands)
+        last = read_last_workbook(copy, as_it_stands=as_it_stands)
+        return replace(last, digests={**last.digests, "result": current.digest}) if current else last
     return read_last_workbook(named) if named is not None and before is None else None
 
 
@@ -142,7 +143,7 @@ def inputs_of(
         inputs = replace(inputs, terms=own)
     notes = (*(last.notes if last is not None else ()), *_terms_kept(project, inputs.terms))
     inputs = replace(inputs, count_observations=counts, project_terms=own)
-    return with_what_they_rest_on(inputs, before, last.digest if last is not None else ""), notes
+    return with_what_they_rest_on(inputs, before, last.digests if last is not None else {}), notes
 
 
 def check_currency(lines: Sequence[CostProgress], inputs: ValuationInputs, files: Sequence[Path]) -> None:

@@ -2,16 +2,19 @@
 
 import contextlib
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
 from hashlib import sha256
+from pathlib import Path
 
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
+from asbuilt_bim.flow.output.folder import RESULT, run_stamp
 from asbuilt_bim.progress.report import ProgressReport, Provenance
 from asbuilt_bim.progress.valuation.bill import bills
 from asbuilt_bim.progress.valuation.inputs import NO_INPUTS, ValuationInputs
 from asbuilt_bim.report.workbook.read import LastWorkbook
+from asbuilt_bim.storage.regular_file import file_digest
 
 MOST_NAMED = 5
 FILES = ("ifc", "rig", "survey", "options")
@@ -55,17 +58,17 @@ def signed_otherwise(last: LastWorkbook | None, before: ProgressReport | None) -
 
 
 def with_what_they_rest_on(
-    inputs: ValuationInputs, before: ProgressReport | None, workbook_digest: str
+    inputs: ValuationInputs, before: ProgressReport | None, digests: Mapping[str, str]
 ) -> ValuationInputs:
     """Return what a valuation begins with, with the photos, the run and the files that certificates were signed on.
 
-    A workbook that somebody signed, of this digest, is of the run `before`: its photos are the certificate's from then
-    on, and so are its files.
+    A workbook that somebody signed is of the run `before`: its photos and files are the certificate's from then on, and
+    so are the `digests` of itself and of the run's result.
     """
     known = (before.valuation if before is not None else None) or NO_INPUTS
     made_from = before.provenance if before is not None else None
     files = _digests_of(made_from) if made_from is not None else {}
-    own = (known.photos, made_from.created if made_from is not None else "", {**files, "workbook": workbook_digest})
+    own = (known.photos, made_from.created if made_from is not None else "", {**files, **digests})
     had = {one.number: (one.photos, one.run, one.digests) for one in known.certificates}
     signed = ((one, *had.get(one.number, own)) for one in inputs.certificates)
     certificates = tuple(replace(one, photos=photos, run=run, digests=of) for one, photos, run, of in signed)
@@ -81,13 +84,19 @@ def _digests_of(made_from: Provenance) -> dict[str, str]:
     }
 
 
-def certified_runs(report: ProgressReport) -> set[datetime]:
-    """Return when the runs were made that certificates rest on, where that is known."""
-    found = set()
+def certified_runs(report: ProgressReport) -> Callable[[Path], bool]:
+    """Return what says of a run's folder whether a certificate rests on it: by its result, or by when it was made."""
+    digests, stamps = set[str](), set[str]()
     for one in (report.valuation or NO_INPUTS).certificates:
+        digests |= {digest} if (digest := one.digests.get("result", "")) else set()
         with contextlib.suppress(ValueError):
-            found.add(datetime.fromisoformat(one.run))
-    return found
+            stamps.add(run_stamp(datetime.fromisoformat(one.run)))
+
+    def certified(run: Path) -> bool:
+        result = run / RESULT
+        return run.name.split("-")[0] in stamps or (result.is_file() and file_digest(result) in digests)
+
+    return certified
 
 
 def photos_of(reports: Sequence[ProgressReport]) -> dict[str, str]:

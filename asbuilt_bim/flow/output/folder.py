@@ -11,7 +11,7 @@ import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -41,6 +41,7 @@ class CurrentRun:
 
     folder: Path
     ifc: tuple[str, ...]
+    digest: str = ""  # sha256 of its result; "" in folders of before there was one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,12 +74,12 @@ class OutputFolder:
         ifc: Sequence[str],
         set_aside: bool = False,
         keep_runs: int | None = None,
-        certified: Collection[datetime] = (),
+        certified: Callable[[Path], bool] = lambda run: False,
     ) -> Published:
         """Have `write` fill a new run folder, then make it current; `set_aside`: keep it beside the current one.
 
-        `keep_runs` takes away all but so many of the newest runs, never the current one, this one, or those made when
-        `certified` says.
+        `keep_runs` takes away all but so many of the newest runs, never the current one, this one, or those of which
+        `certified` says that a valuation rests on them.
 
         Raises:
             OutputError: something could not be written; the earlier run is still current and the new folder is gone.
@@ -103,7 +104,8 @@ class OutputFolder:
             raise
         warnings = () if set_aside else tuple(self._copy(final, before))
         in_use = {final, before.folder} if set_aside and before else {final}
-        in_use |= {run for when in certified for run in (self.path / "runs").glob(f"{_stamp(when)}-*")}
+        if keep_runs is not None:
+            in_use |= {run for run in (self.path / "runs").iterdir() if run.is_dir() and certified(run)}
         runs = kept_runs(self.path / "runs", keep_runs, in_use)
         size = sum(bytes_of(run) for run in runs)
         return Published(folder=final, runs_kept=len(runs), warnings=warnings, current=not set_aside, bytes_kept=size)
@@ -116,7 +118,7 @@ class OutputFolder:
         return current is not None and current.folder == run
 
     def _new_name(self, when: datetime, digest: str) -> Path:
-        name = f"{_stamp(when)}-{digest[:8]}"
+        name = f"{run_stamp(when)}-{digest[:8]}"
         runs = self.path / "runs"
         count, free = 1, runs / name
         while free.exists():
@@ -126,8 +128,8 @@ class OutputFolder:
 
     def _copy(self, run: Path, before: CurrentRun | None) -> Iterator[str]:
         """Bring the copies that people open up to date, one by one; say which could not be, and which were changed."""
-        wanted = _copies(run)
-        gone = set(_copies(before.folder)) - set(wanted) if before and before.folder.is_dir() else set()
+        wanted = copies_of(run)
+        gone = set(copies_of(before.folder)) - set(wanted) if before and before.folder.is_dir() else set()
         for relative in (*wanted, *sorted(gone)):
             yield from self._kept(relative)
         for relative in wanted:
@@ -149,8 +151,8 @@ class OutputFolder:
                 yield f"{self.path / relative}: was changed since a run wrote it; your version is kept as {kept.name}"
 
 
-def _stamp(when: datetime) -> str:
-    """Return what the name of a run that was made then begins with."""
+def run_stamp(when: datetime) -> str:
+    """Return what the name of the folder of a run begins with that was made then."""
     return f"{when.astimezone(UTC):%Y%m%dT%H%M%SZ}"
 
 
@@ -211,7 +213,12 @@ def read_current(path: Path) -> CurrentRun | None:
     _check_result(path / run / RESULT, plain.get("result_sha256"), path)
     more = plain.get("more_ifc", [])
     models = (plain.get("ifc", ""), *(more if isinstance(more, list) else ()))
-    return CurrentRun(folder=path / run, ifc=tuple(str(model) for model in models))
+    digest = plain.get("result_sha256")
+    return CurrentRun(
+        folder=path / run,
+        ifc=tuple(str(model) for model in models),
+        digest=digest if isinstance(digest, str) else "",
+    )
 
 
 def _check_result(result: Path, digest: object, folder: Path) -> None:
@@ -276,7 +283,7 @@ def _not_copied(target: Path, problem: OSError) -> str:
     return f"{target}: {why}; {'it shows an earlier run' if there else 'it is not there'}"
 
 
-def _copies(run: Path) -> list[Path]:
+def copies_of(run: Path) -> list[Path]:
     """Return what is copied from a run folder, relative to it."""
     models = [f.name for f in sorted(run.glob("*.asbuilt.ifc"))]
     deep = [f.relative_to(run) for name in COPIED_FOLDERS for f in sorted((run / name).rglob("*")) if f.is_file()]

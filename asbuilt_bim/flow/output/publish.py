@@ -271,12 +271,12 @@ def _digests(result: RunResult, project: Project) -> dict[str, str]:
     return {
         "ifc": result.design.file_digest,
         "rig": plain_digest(result.rig, StereoRig),
-        "survey": _places_digest(project),
+        "survey": places_digest(project),
         "options": digest_of([repr(options)]),
     }
 
 
-def _places_digest(project: Project) -> str:
+def places_digest(project: Project) -> str:
     """Return the digest of what the project knows of places: of its survey alone, where there is nothing else."""
     files = [file for file in (project.survey, project.poses, project.control_points) if file is not None]
     return file_digest(files[0]) if len(files) == 1 else digest_of([file_digest(file) for file in files])

@@ -108,7 +108,7 @@ class Certificate:
     totals: tuple[BillTotals, ...]
     photos: dict[str, str] = field(default_factory=dict, compare=False)  # as `ValuationInputs.photos`, when signed
     run: str = field(default="", compare=False)  # when the run was made that was current then, UTC; "": nobody knows
-    digests: dict[str, str] = field(default_factory=dict, compare=False)  # sha256 of "workbook", as signed, and `FILES`
+    digests: dict[str, str] = field(default_factory=dict, compare=False)  # sha256 of "workbook", "result", `FILES`
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

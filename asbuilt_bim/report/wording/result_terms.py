@@ -371,8 +371,8 @@ TERMS = {
     "project_terms": "Retention and tax by the project file at that run.",
     "ValuationInputs.photos": "By visit and station: a digest of the two photos that this run measured.",
     "Certificate.run": "When the run was made whose workbook was signed, as provenance.created; empty where unknown.",
-    "Certificate.digests": "SHA-256 of the signed workbook, and of what its run was made from (ifc, rig, survey, "
-    "options); those that nobody knows aren't there.",
+    "Certificate.digests": "SHA-256 of the signed workbook, of its run's result, and of what that was made from "
+    "(ifc, rig, survey, options); those that nobody knows aren't there.",
     "Certificate.photos": "The same of the run whose workbook was signed; empty where nobody knows.",
     "signed_terms": "Retention and tax that the last valuation was signed with.",
     "count_observations": "Whether what persons saw counts in the valuation.",

@@ -58,7 +58,7 @@ class LastWorkbook:
     notes: tuple[Note, ...]
     certified: Mapping[int, float | None] = field(default_factory=dict)  # by line's number in its bill
     certain: Mapping[tuple[str, str], float] = field(default_factory=dict)  # shares, by line and GlobalId
-    digest: str = ""  # sha256 of the file
+    digests: Mapping[str, str] = field(default_factory=dict)  # sha256 of the "workbook" and its run's "result"
 
 
 def read_last_workbook(path: Path, *, as_it_stands: bool = False) -> LastWorkbook:
@@ -111,7 +111,11 @@ def read_last_workbook(path: Path, *, as_it_stands: bool = False) -> LastWorkboo
     shares = {(keys.get(row["No."], ""), text_of(row, "GlobalId")): plain_of(row.get("Certain")) for row in parts}
     certain = {key: share for key, share in shares.items() if share is not None}
     return LastWorkbook(
-        inputs=inputs, notes=tuple(notes), certified=certified, certain=certain, digest=file_digest(path)
+        inputs=inputs,
+        notes=tuple(notes),
+        certified=certified,
+        certain=certain,
+        digests={"workbook": file_digest(path)},
     )
 
 

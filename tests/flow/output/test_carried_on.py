@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import make_dataclass, replace
-from datetime import UTC, date, datetime
+from datetime import date
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -282,12 +282,13 @@ def test_a_certificate_knows_its_run_from_when_it_is_signed_on(monkeypatch: pyte
 
     plain = in_currency(sample_report(), "EUR")
     first = run(None, 10)
-    assert certified_runs(first) == set()
+    kept, other = Path("runs/20260310T120000Z-abcdef01"), Path("runs/20260320T120000Z-abcdef01")
+    assert not certified_runs(first)(kept)
     second = run(first, 20, LastWorkbook(inputs=signed(first), notes=(), certified={}))
     third = run(second, 30)
-    assert certified_runs(second) == certified_runs(third) == {datetime(2026, 3, 10, 12, tzinfo=UTC)}
+    assert all(certified_runs(one)(kept) and not certified_runs(one)(other) for one in (second, third))
     torn = [replace(one, run="soon") for one in (third.valuation or ValuationInputs()).certificates]
-    assert certified_runs(replace(third, valuation=ValuationInputs(certificates=tuple(torn)))) == set()
+    assert not certified_runs(replace(third, valuation=ValuationInputs(certificates=tuple(torn))))(kept)
 
 
 @pytest.mark.parametrize("spelt", ["€", "eur", "Euro"])
@@ -350,7 +351,7 @@ def test_files_other_than_those_that_a_valuation_was_signed_on_are_named_until_t
 
     plain = in_currency(sample_report(), "EUR")
     first = run(None)
-    same = run(first, LastWorkbook(inputs=signed(first), notes=(), digest="5"))
+    same = run(first, LastWorkbook(inputs=signed(first), notes=(), digests={"workbook": "5"}))
     (certificate,) = (same.valuation or ValuationInputs()).certificates
     assert certificate.digests == {"workbook": "5", "ifc": "a", "rig": "b", "survey": "c", "options": "d"}
     assert told(same) == told(run(same)) == []

@@ -1,0 +1,59 @@
+"""`asbuilt-bim verify`: is all that a payment rests on still as it was?"""
+
+from collections import Counter
+from pathlib import Path
+
+from asbuilt_bim.flow.output.verify import Kind, State, Verified, verify_folder
+from asbuilt_bim.project.read import read_project
+from asbuilt_bim.report.wording.values import plain
+from asbuilt_bim.terminal.screen import Screen
+
+CHANGED = 1
+_KINDS: dict[Kind, str] = {
+    "result": "The current run's result",
+    "copy": "Copies of its files in the folder",
+    "signed workbook": "Signed workbooks",
+    "signed run": "Results that they were signed on",
+    "IFC": "The IFC file it was made from",
+    "survey": "The survey it was made from",
+    "photos": "Photo pairs it measured",
+}
+_TOLD: dict[State, str] = {
+    "other": "is another than it was then",
+    "gone": "isn't there",
+    "unknown": "can't be said: it is of before digests were kept, or of a video",
+    "typed into": "was saved since by a person; what stands in it counts at the next run, or is signed",
+}
+MOST = 20
+
+
+def verify_command(folder: Path, project: Path | None, screen: Screen, *, allow_outside: bool) -> int:
+    """Say of each thing that a run and its certificates rest on whether it is as it was; 1 where something isn't.
+
+    Raises:
+        AsBuiltError: there is no run, its result was changed, or the project can't be read.
+    """
+    found = verify_folder(folder, read_project(project, allow_outside=allow_outside) if project else None)
+    for kind, what in _KINDS.items():
+        own = [one for one in found if one.kind == kind]
+        if not own:
+            continue
+        same = Counter(one.state for one in own)["same"]
+        screen.say(f"{what}: {same} of {len(own)} as {'it was' if len(own) == 1 else 'they were'}")
+        others = [one for one in own if one.state != "same"]
+        for one in others[:MOST]:
+            _tell(one, screen)
+        if len(others) > MOST:
+            screen.warn(f"  and {len(others) - MOST} more")
+    if project is None:
+        screen.say("Photos and survey were not looked at; name the project file with --project")
+    return CHANGED if any(one.state in ("other", "gone") for one in found) else 0
+
+
+def _tell(one: Verified, screen: Screen) -> None:
+    where = f" ({plain(one.where)})" if one.where and one.state in ("other", "gone") else ""
+    text = f"  {plain(one.name)}: {_TOLD[one.state]}{where}"
+    if one.state in ("other", "gone"):
+        screen.warn(text)
+    else:
+        screen.say(text)
