@@ -85,7 +85,7 @@ def _last_workbook(
         if same and known and before is not None:
             return None
         last = read_last_workbook(copy, as_it_stands=as_it_stands)
-        return replace(last, digests={**last.digests, "result": current.digest}) if current else last
+        return replace(last, digests={**last.digests, "result": current.digest}) if current and last.digests else last
     return read_last_workbook(named) if named is not None and before is None else None
 
 

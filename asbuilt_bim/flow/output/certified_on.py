@@ -62,15 +62,16 @@ def with_what_they_rest_on(
 ) -> ValuationInputs:
     """Return what a valuation begins with, with the photos, the run and the files that certificates were signed on.
 
-    A workbook that somebody signed is of the run `before`: its photos and files are the certificate's from then on, and
-    so are the `digests` of itself and of the run's result.
+    A workbook that somebody signed is of the run `before`: its photos and files are the newest certificate's from then
+    on, and so are the `digests` of itself and of the run's result. Of older ones that nobody read then, nobody knows.
     """
     known = (before.valuation if before is not None else None) or NO_INPUTS
     made_from = before.provenance if before is not None else None
     files = _digests_of(made_from) if made_from is not None else {}
     own = (known.photos, made_from.created if made_from is not None else "", {**files, **digests})
-    had = {one.number: (one.photos, one.run, one.digests) for one in known.certificates}
-    signed = ((one, *had.get(one.number, own)) for one in inputs.certificates)
+    had = {one.number: own for one in inputs.certificates[-1:]}
+    had |= {one.number: (one.photos, one.run, one.digests) for one in known.certificates}
+    signed = ((one, *had.get(one.number, ({}, "", {}))) for one in inputs.certificates)
     certificates = tuple(replace(one, photos=photos, run=run, digests=of) for one, photos, run, of in signed)
     return replace(inputs, certificates=certificates, photos=known.photos)
 

@@ -46,7 +46,7 @@ def verify_folder(folder: Path, project: Project | None = None) -> list[Verified
     found = [
         Verified(kind="result", name=current.folder.name, state="same" if current.digest else "unknown"),
         *_copies(folder, current),
-        *_certificates(folder, report),
+        *_certificates(folder, report, project),
         _ifc(folder, current, report),
     ]
     if project is not None:
@@ -64,9 +64,11 @@ def _copies(folder: Path, current: CurrentRun) -> Iterator[Verified]:
         yield Verified(kind="copy", name=relative.as_posix(), state=state, where=str(copy))
 
 
-def _certificates(folder: Path, report: ProgressReport) -> Iterator[Verified]:
+def _certificates(folder: Path, report: ProgressReport, project: Project | None) -> Iterator[Verified]:
     """Look for each valuation's signed file by its digest, whatever its name, and for its run's result."""
-    there = {file_digest(file): file for file in [*folder.glob(SIGNED_WORKBOOKS), *folder.glob(WORKBOOK)]}
+    named = project.last_workbook if project is not None else None
+    files = [*folder.glob(SIGNED_WORKBOOKS), *folder.glob(WORKBOOK), *([named] if named and named.is_file() else [])]
+    there = {file_digest(file): file for file in files}
     for one in (report.valuation or NO_INPUTS).certificates:
         digest, name = one.digests.get("workbook", ""), f"valuation {one.number}"
         state: State = "unknown" if not digest else "same" if digest in there else "gone"

@@ -122,7 +122,9 @@ def test_photos_and_survey_are_held_against_what_was_measured(tmp_path: Path) ->
     assert plain.provenance is not None
     station = SimpleNamespace(name="A", left=here[0], right=here[1], side_by_side=False)
     visit = SimpleNamespace(date=plain.visit_date, stations=(station,), videos=())
-    project: Any = SimpleNamespace(survey=tmp_path / "markers.csv", poses=None, control_points=None, visits=(visit,))
+    project: Any = SimpleNamespace(
+        survey=tmp_path / "markers.csv", poses=None, control_points=None, last_workbook=None, visits=(visit,)
+    )
     digests = {"left_digest": read_photo(here[0]).digest, "right_digest": read_photo(here[1]).digest}
     report = replace(
         plain,
@@ -141,3 +143,19 @@ def test_photos_and_survey_are_held_against_what_was_measured(tmp_path: Path) ->
     assert found[f"photos: {day} A"] == found["survey: markers.csv"] == "other"
     here[0].unlink()
     assert states(tmp_path / "out", project)[f"photos: {day} A"] == "gone"
+
+
+def test_of_a_workbook_that_another_folder_signed_only_its_own_valuation_has_its_digest(tmp_path: Path) -> None:
+    plain = sample_report()
+    first = with_valuation(plain, inputs_of(ValuationFile(), None, None)[0])
+    for number, day in ((1, 20), (2, 21)):
+        with open_output(tmp_path / f"out {number}") as out:
+            published(out, first)
+            named = {("", "signed_by"): "A. Surveyor", ("", "signed_on"): date(2026, 3, day)}
+            typed(out.path / "quantities.xlsx", named)
+        last = last_workbook(OutputFolder(path=tmp_path / "elsewhere"), None, out.path / "quantities.xlsx")
+        assert last is not None
+        first = with_valuation(plain, inputs_of(ValuationFile(), last, None)[0])
+    assert first.valuation is not None
+    one, two = first.valuation.certificates
+    assert one.digests == {} and two.digests == {"workbook": file_digest(tmp_path / "out 2" / "quantities.xlsx")}
