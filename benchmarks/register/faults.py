@@ -27,6 +27,17 @@ class Fault:
     subject: str
     given: Mapping[str, StationPose] = field(default_factory=dict)
     remembered: Mapping[int, TagPlace] = field(default_factory=dict)
+    without: Visit | None = None  # the same visit without the fault, of a fault that prints can't always show
+
+
+def told_alike(fault: Fault, placement: Placement) -> bool:
+    """Say whether the faultless visit is told the very same: prints of one wall are their own mirror image."""
+    if fault.without is None:
+        return False
+    faultless = register(fault.without.measured, fault.without.survey, RegisterOptions())
+    return [(one.code, one.subject) for one in faultless.rejections] == [
+        (one.code, one.subject) for one in placement.rejections
+    ]
 
 
 def named(fault: Fault, placement: Placement) -> bool:
@@ -84,7 +95,8 @@ def mirrored_survey(seed: int) -> Fault:
     """Exchange easting and northing of the whole survey."""
     visit, _ = _well_surveyed(seed)
     rows = [replace(one, corners_m=frozen(one.corners_m[:, [1, 0, 2]])) for one in visit.survey]
-    return Fault(visit=replace(visit, survey=tuple(rows)), code=Reason.SURVEY_MIRRORED, subject="")
+    survey = replace(visit, survey=tuple(rows))
+    return Fault(visit=survey, code=Reason.SURVEY_MIRRORED, subject="", without=visit)
 
 
 def station_of_another_site(seed: int) -> Fault:
