@@ -1,5 +1,6 @@
 """What a run folder holds: written by `run` from what was measured, by `report` from `result.json` alone."""
 
+import contextlib
 import os
 import shutil
 from collections.abc import Mapping, Sequence
@@ -45,6 +46,9 @@ from asbuilt_bim.storage.plugins import Plugin
 from asbuilt_bim.storage.regular_file import file_digest, files_digest
 from asbuilt_bim.version import __version__
 
+INPUTS = "inputs"
+"""In a run's folder: the project file and its tables, as they were."""
+
 
 def publish_run(
     out: OutputFolder,
@@ -74,6 +78,7 @@ def publish_run(
     def write(folder: Path) -> None:
         _write_pictures(folder, result.pictures)
         write_rig(result.rig, folder / "rig.yaml")
+        _keep_inputs(project, folder / INPUTS)
         for name, visits in ((VISITS, reports), (CARRIED, _without_pictures(result.past))):
             (folder / name).mkdir()
             for report in visits:
@@ -132,7 +137,7 @@ def publish_again(
     warnings = list(missing)
 
     def write(folder: Path) -> None:
-        for name in ("pictures", VISITS, CARRIED):
+        for name in ("pictures", VISITS, CARRIED, INPUTS):
             _copy_folder(current.folder / name, folder / name)
         for name in ("result.json", "rig.yaml", CHANGES):
             if (current.folder / name).is_file():
@@ -309,6 +314,19 @@ def _write_pictures(folder: Path, pictures: dict[str, bytes]) -> None:
     for name, data in pictures.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(data)
+
+
+def _keep_inputs(project: Project, folder: Path) -> None:
+    """Keep the project file and its tables as they are now: who asks a year later what was set finds it there."""
+    tables = (
+        *(project.survey, project.poses, project.control_points),
+        *(project.costs, project.schedule, project.observations, project.people),
+    )
+    folder.mkdir()
+    for file in (project.path, *(table for table in tables if table is not None)):
+        beside = sum(one.name.endswith(file.name) for one in folder.iterdir())
+        with contextlib.suppress(FileNotFoundError, PermissionError):  # gone meanwhile: no reason to lose a run
+            shutil.copyfile(file, folder / (f"{beside + 1} {file.name}" if beside else file.name))
 
 
 def _copy_folder(source: Path, target: Path) -> None:

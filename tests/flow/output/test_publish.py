@@ -7,6 +7,8 @@ import shutil
 from dataclasses import replace
 from datetime import UTC, date, datetime
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import ifcopenshell
 import ifcopenshell.util.element
@@ -148,3 +150,20 @@ def test_a_result_of_before_programs_were_told_apart_is_another_programs_also_un
         (note, *_) = with_other_program(one, before).reports[-1].notes
         assert note.code is Reason.OTHER_PROGRAM and note.values["program"] == "0.3.0"
     assert with_other_program(replace(result, past=()), None).reports == result.reports
+
+
+def test_a_run_keeps_its_project_file_and_tables_as_they_were_and_no_photo(tmp_path: Path) -> None:
+    for name in ("project.yaml", "markers.csv", "costs/boq.csv", "plan/boq.csv"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(name)
+    tables = {"poses": None, "control_points": None, "people": None, "observations": tmp_path / "gone.csv"}
+    project: Any = SimpleNamespace(
+        path=tmp_path / "project.yaml", survey=tmp_path / "markers.csv", costs=tmp_path / "costs/boq.csv",
+        schedule=tmp_path / "plan/boq.csv", **tables,
+    )  # fmt: skip
+    publish._keep_inputs(project, tmp_path / "inputs")
+    kept = {file.name: file.read_text() for file in (tmp_path / "inputs").iterdir()}
+    assert kept == {
+        "project.yaml": "project.yaml", "markers.csv": "markers.csv", "boq.csv": "costs/boq.csv",
+        "2 boq.csv": "plan/boq.csv",
+    }  # fmt: skip
