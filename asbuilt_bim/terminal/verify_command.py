@@ -9,6 +9,7 @@ from asbuilt_bim.report.wording.values import plain
 from asbuilt_bim.terminal.screen import Screen
 
 CHANGED = 1
+_WRONG = ("other", "gone")
 _KINDS: dict[Kind, str] = {
     "result": "The current run's result",
     "copy": "Copies of its files in the folder",
@@ -23,6 +24,14 @@ _TOLD: dict[State, str] = {
     "gone": "isn't there",
     "unknown": "can't be said: it is of before digests were kept, or of a video",
     "typed into": "was saved since by a person; what stands in it counts at the next run, or is signed",
+}
+_TO_DO: dict[Kind, str] = {
+    "copy": "`asbuilt-bim report FOLDER` makes all of them again",
+    "signed workbook": "put the file back as it was signed, under any name that begins with quantities.signed-",
+    "signed run": "put its folder back into runs/ from a backup",
+    "IFC": "put it back as it was; another design needs another run",
+    "survey": "put it back as it was, or run again; what it was lies in the run's folder, under inputs/",
+    "photos": "put them back as the camera stored them",
 }
 MOST = 20
 
@@ -45,15 +54,17 @@ def verify_command(folder: Path, project: Path | None, screen: Screen, *, allow_
             _tell(one, screen)
         if len(others) > MOST:
             screen.warn(f"  and {len(others) - MOST} more")
+        if any(one.state in _WRONG for one in own) and kind in _TO_DO:
+            screen.say(f"  What to do: {_TO_DO[kind]}.")
     if project is None:
         screen.say("Photos and survey were not looked at; name the project file with --project")
-    return CHANGED if any(one.state in ("other", "gone") for one in found) else 0
+    return CHANGED if any(one.state in _WRONG for one in found) else 0
 
 
 def _tell(one: Verified, screen: Screen) -> None:
-    where = f" ({plain(one.where)})" if one.where and one.state in ("other", "gone") else ""
+    where = f" ({plain(one.where)})" if one.where and one.state in _WRONG else ""
     text = f"  {plain(one.name)}: {_TOLD[one.state]}{where}"
-    if one.state in ("other", "gone"):
+    if one.state in _WRONG:
         screen.warn(text)
     else:
         screen.say(text)

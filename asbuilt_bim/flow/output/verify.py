@@ -39,6 +39,8 @@ def verify_folder(folder: Path, project: Project | None = None) -> list[Verified
         OutputError: the current result isn't as its run wrote it.
         ResultError: there is no run.
     """
+    if not folder.is_dir():
+        raise ResultError(f"{folder}: no such folder; name the --out folder of a run")
     current = read_current(folder)
     if current is None:
         raise ResultError(no_run(folder))

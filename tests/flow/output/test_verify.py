@@ -81,6 +81,7 @@ def test_a_signed_workbook_is_known_by_its_digest_wherever_it_is_and_gone_once_a
     assert states(certified)["signed workbook: valuation 1"] == "gone"
     told = CliRunner().invoke(app, ["verify", str(certified)])
     assert told.exit_code == 1 and "valuation 1: isn't there (SHA-256 " in told.stderr
+    assert "What to do: put the file back as it was signed" in told.stdout
 
 
 def test_a_run_that_was_signed_on_is_gone_once_its_result_is_another(certified: Path) -> None:
@@ -112,6 +113,8 @@ def test_a_changed_result_is_no_result_and_a_folder_without_a_run_says_how_to_ma
         verify_folder(certified)
     with pytest.raises(ResultError, match="holds no run"):
         verify_folder(tmp_path)
+    with pytest.raises(ResultError, match="no such folder; name the --out folder of a run"):
+        verify_folder(certified / "report.html")
 
 
 def test_photos_and_survey_are_held_against_what_was_measured(tmp_path: Path) -> None:
