@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Literal
 
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.camera.rig_formats.basalt import basalt_rig, is_basalt
@@ -37,7 +37,6 @@ from asbuilt_bim.storage.atomic_write import replace_all, writing
 from asbuilt_bim.storage.regular_file import path_of
 
 RigFormat = Literal["rig", "opencv", "kalibr", "ros"]
-RIG_FORMATS: tuple[RigFormat, ...] = get_args(RigFormat)
 _PLAIN = Foreign()
 _MOST_FILES = 3
 _OWN_KEYS = {"format", "left", "right", "right_from_left"}

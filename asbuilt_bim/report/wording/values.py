@@ -61,13 +61,6 @@ def percent_seen(share: float) -> str:
     return percent(share) if share < 0.01 else percent_certain(share)
 
 
-def percent_range(lower: float, upper: float) -> str:
-    """Write two bounds as `35 to 80 %`, rounded outwards: neither says more than is known; equal ones as one."""
-    if upper - lower < 1e-9:
-        return percent(lower)
-    return f"{math.floor(lower * 100 + 1e-9)} to {math.ceil(upper * 100 - 1e-9)} %"
-
-
 def cut_down(share: float) -> float:
     """Return a lower bound in 0..1 to a tenth of a percent, never more than it is; of what was seen, too."""
     return math.floor(share * 1000.0 + _EVEN) / 1000.0

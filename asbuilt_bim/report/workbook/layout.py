@@ -14,7 +14,6 @@ SPARE_VARIATIONS = 12
 """Empty rows for new variations; whoever needs more types below them, or copies one there."""
 FORMAT_NAME, FORMAT = "asbuilt_bim_valuation", 1
 """The named cell that says that a workbook is ours, and of which version."""
-SUMS = ("work", "variations", "gross", "retention", "net", "tax", "payable")
 COLUMNS = ("previous", "this_period", "cumulative")
 """`net_this_period_1` is the named cell of bill 1's net of this period; and so on for all sums and columns."""
 

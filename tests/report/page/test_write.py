@@ -11,7 +11,7 @@ from asbuilt_bim.geometry.arrays import frozen
 from asbuilt_bim.report.outputs import read_pictures, write_outputs
 from asbuilt_bim.report.page.plan import storey_plans
 from asbuilt_bim.report.page.write import page_html
-from asbuilt_bim.report.wording.values import area, millimetres, percent, percent_certain, percent_range
+from asbuilt_bim.report.wording.values import area, millimetres, percent, percent_certain
 from tests.notes import unstated
 from tests.report.sample_report import GROUND, HOSTILE_MARKUP, renamed, sample_picture, sample_report
 
@@ -178,10 +178,8 @@ def test_areas_never_claim_to_be_exact(value, sigma, text):
     assert area(value, sigma) == text
 
 
-def test_bounds_that_read_the_same_are_written_once():
-    assert (percent_range(0.5, 0.5), percent_range(0.0, 1.0)) == ("50 %", "0 to 100 %")
+def test_a_share_that_is_certain_is_rounded_down_and_whole_only_where_it_is():
     assert (percent_certain(0.68969), percent_certain(1.0), percent_certain(0.0)) == ("68 %", "100 %", "0 %")
-    assert percent_range(0.426, 0.884) == "42 to 89 %"  # never narrower than what is known
 
 
 def test_plans_are_turned_along_the_building_and_keep_far_coordinates_sharp():
