@@ -47,7 +47,7 @@ def main() -> int:
         return call([python, "-m", "pytest", *(rest or ["-n", "auto", "--dist", "loadfile"])])
     own = [] if rest and not rest[0].startswith("-") else [str(SAMPLE)]
     own += ["--out", str(Path.cwd() / "out")] if own and "--out" not in rest else []
-    return call([python, "-m", "asbuilt_bim", "run", *own, *rest])
+    return call([python, "-P", "-m", "asbuilt_bim", "run", *own, *rest])
 
 
 def environment() -> str:
@@ -76,7 +76,7 @@ def install(python: str, extra: str) -> None:
     if any(stamp.exists() and stamp.read_text() == wanted for stamp in stamps):  # dev holds all that run needs
         return
     print("Installing asbuilt-bim and its libraries (the first time some 200 MB are downloaded)", flush=True)
-    pip = [python, "-m", "pip", "install", "--disable-pip-version-check", "--no-input", "-q"]
+    pip = [python, "-P", "-m", "pip", "install", "--disable-pip-version-check", "--no-input", "-q"]
     if not sys.dont_write_bytecode:
         pip += ["--no-compile"]  # what is imported is compiled then, and most is never imported: half a minute less
     subprocess.run([*pip, "-e", f"{HERE}[{extra}]"], check=True)

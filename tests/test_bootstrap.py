@@ -53,5 +53,7 @@ def test_a_set_up_environment_is_used_as_it_is(tmp_path: Path) -> None:
         assert bootstrap("test", "-k", "x", ASBUILT_BIM_VENV=str(tmp_path)).returncode == 0
     assert bootstrap("run", "p.yaml", "--out", "o", ASBUILT_BIM_VENV=str(tmp_path)).returncode == 0
     calls = (tmp_path / "calls").read_text().splitlines()
-    assert [call.split()[1] for call in calls] == ["pip", "pytest", "pytest", "asbuilt_bim"]
-    assert calls[-1] == "-m asbuilt_bim run p.yaml --out o"
+    called = [call.removeprefix("-P ").split()[:2] for call in calls]
+    assert called == [["-m", "pip"], ["-m", "pytest"], ["-m", "pytest"], ["-m", "asbuilt_bim"]]
+    assert calls[0].startswith("-P ")  # a pip.py where one stands is no pip
+    assert calls[-1] == "-P -m asbuilt_bim run p.yaml --out o"

@@ -527,3 +527,12 @@ def test_what_takes_long_and_has_no_steps_is_shown_at_a_terminal_and_leaves_noth
     with Screen().waiting("Reading \x1b[31ma.ifc"):
         pass
     assert "Reading [31ma.ifc" in capsys.readouterr().out.replace("\ufffd", "")
+
+
+def test_a_log_holds_no_password_of_an_address(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr("sys.argv", ["asbuilt-bim", "run", "--scheduler", "tls://anna:secret@10.0.0.5:8786"])
+    log = write_crash_log(RuntimeError("tcp://anna:secret@10.0.0.5 is gone"))
+    assert log is not None
+    text = log.read_text(encoding="utf-8")
+    assert "secret" not in text and text.count("//...@10.0.0.5") == 2

@@ -1,11 +1,13 @@
 """What was computed before: results on disk, found by a digest of all that they depend on.
 
-A damaged entry is computed again, never trusted; the oldest entries go when the folder grows too large.
+A damaged entry, or one that another user may have written, is computed again, never trusted; the oldest entries go
+when the folder grows too large.
 """
 
 import contextlib
 import hashlib
 import os
+import stat
 import sys
 import tempfile
 from collections.abc import Iterable
@@ -44,6 +46,16 @@ def digest_of(parts: Iterable[str | bytes]) -> str:
     return digest.hexdigest()
 
 
+def _is_ours(about: os.stat_result) -> bool:
+    """Say whether nobody but this user (or the system's) can have written a file: money follows from what it holds.
+
+    Windows keeps a user's folder from others by itself.
+    """
+    if sys.platform == "win32":
+        return True
+    return about.st_uid in (os.getuid(), 0) and not about.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cache:
     """A folder of results; `folder` None keeps nothing. Never raises: at worst nothing is found and nothing kept."""
@@ -57,7 +69,10 @@ class Cache:
             return None
         path = self._path(key)
         try:
-            data = path.read_bytes()
+            with path.open("rb") as file:
+                if not _is_ours(os.fstat(file.fileno())):
+                    return None
+                data = file.read()
         except OSError:
             return None
         try:

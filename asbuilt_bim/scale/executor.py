@@ -28,6 +28,8 @@ Job = TypeVar("Job")
 Result = TypeVar("Result")
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
+_SAFE_PATH = "PYTHONSAFEPATH"
+"""A worker starts as `python -c`, which else looks for modules in the current folder first: it may be a stranger's."""
 _LOOK_S = 1.0
 
 
@@ -180,8 +182,8 @@ class _Held:
 
 @contextlib.contextmanager
 def _variables() -> Iterator[None]:
-    before = {name: os.environ.get(name) for name in THREADS}
-    os.environ.update(dict.fromkeys(THREADS, "1"))
+    before = {name: os.environ.get(name) for name in (*THREADS, _SAFE_PATH)}
+    os.environ.update(dict.fromkeys(before, "1"))
     try:
         yield
     finally:

@@ -3,6 +3,7 @@
 import contextlib
 import os
 import platform
+import re
 import stat
 import sys
 import tempfile
@@ -14,6 +15,7 @@ from asbuilt_bim.version import __version__
 
 _PREFIX = "asbuilt-bim-crash-"
 KEPT = 10
+_PASSWORD = re.compile(r"//[^/@\s]+@")  # of an address: tls://name:password@10.0.0.5
 
 
 def write_crash_log(problem: BaseException) -> Path | None:
@@ -28,12 +30,13 @@ def write_crash_log(problem: BaseException) -> Path | None:
         "",
         *traceback.format_exception(problem),
     ]
+    text = _PASSWORD.sub("//...@", "\n".join(lines))
     try:
         _forget_old()
         with tempfile.NamedTemporaryFile(
             "w", prefix=_PREFIX, suffix=".log", delete=False, encoding="utf-8", errors="replace"
         ) as file:
-            file.write("\n".join(lines))
+            file.write(text)
         return Path(file.name)
     except OSError:
         return None

@@ -188,3 +188,21 @@ def test_a_note_comes_back_exactly_whatever_its_values_are() -> None:
     assert {key: type(value) for key, value in after.warnings[0].values.items()} == {
         key: type(value) for key, value in values.items()
     }
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows keeps a user's folder from others by itself")
+def test_an_entry_that_another_user_may_have_written_is_not_believed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cache = Cache(folder=tmp_path)
+    cache.put("aa", {"rate": 310.5}, dict[str, float])
+    (entry,) = tmp_path.rglob("*.entry")
+    assert cache.get("aa", dict[str, float]) == {"rate": 310.5}
+    entry.chmod(0o666)
+    assert cache.get("aa", dict[str, float]) is None
+    entry.chmod(0o600)
+    owner = entry.stat().st_uid
+    monkeypatch.setattr("os.getuid", lambda: owner + 1)
+    if owner == 0:  # the system's own user may write everywhere as it is
+        os.chown(entry, 12345, -1)
+    assert cache.get("aa", dict[str, float]) is None

@@ -180,3 +180,28 @@ def _lives(process: int) -> bool:
         return False
     status = Path(f"/proc/{process}/status")
     return not (status.exists() and "State:\tZ" in status.read_text())
+
+
+STRANGER = "from pathlib import Path\nPath(__file__).with_name('ran').write_text('')\nraise SystemExit\n"
+
+
+def test_modules_in_the_folder_that_one_stands_in_are_no_part_of_a_worker(tmp_path: Path) -> None:
+    stranger = tmp_path / "site" / "multiprocessing" / "__init__.py"
+    stranger.parent.mkdir(parents=True)
+    stranger.write_text(STRANGER)
+    (tmp_path / "program.py").write_text(
+        "from asbuilt_bim.scale.executor import _pool\n"
+        "if __name__ == '__main__':\n"
+        "    with _pool(1) as pool:\n"
+        "        print(pool.submit(abs, -7).result())\n"
+    )
+    run = [sys.executable, str(tmp_path / "program.py")]
+    done = subprocess.run(run, cwd=tmp_path / "site", capture_output=True, text=True, timeout=120, check=False)
+    assert (done.stdout.strip(), [*(tmp_path / "site").rglob("ran")]) == ("7", []), done.stderr
+
+
+def test_modules_in_the_folder_that_one_stands_in_are_no_part_of_the_program(tmp_path: Path) -> None:
+    (tmp_path / "click.py").write_text(STRANGER)
+    run = [sys.executable, "-m", "asbuilt_bim", "--version"]
+    done = subprocess.run(run, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
+    assert "asbuilt-bim" in done.stdout and not (tmp_path / "ran").exists(), done.stderr

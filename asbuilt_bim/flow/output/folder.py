@@ -148,7 +148,7 @@ class OutputFolder:
         with contextlib.suppress(OSError):
             kept = keep_edited(self.path, relative)
             if kept is not None:
-                yield f"{self.path / relative}: was changed since a run wrote it; your version is kept as {kept.name}"
+                yield f"{self.path / relative}: isn't what any run kept here wrote; it is kept as {kept.name}"
 
 
 def run_stamp(when: datetime) -> str:

@@ -79,7 +79,7 @@ def test_what_a_person_typed_into_a_copy_is_kept_beside_the_new_one(tmp_path: Pa
     assert (tmp_path / "report.edited-20260302T120000Z.html").read_text() == "my price"
     assert (tmp_path / "tasks.csv").read_text() == "mine, of no run"  # no run writes one here
     assert [w.split(": ")[1] for w in second.warnings] == [
-        "was changed since a run wrote it; your version is kept as report.edited-20260302T120000Z.html"
+        "isn't what any run kept here wrote; it is kept as report.edited-20260302T120000Z.html"
     ]
     assert third.warnings == ()
 

@@ -142,7 +142,7 @@ def test_the_page_says_what_its_pictures_show_and_whether_people_were_looked_for
     assert "What 2 outlines given by hand held is blurred" in page_html(replace(report, people_outlined=2), {})
     assert "can be recognised" in page_html(replace(report, people_sought=False), {})
     page = page_html(replace(report, people_sought=True, pictures="whole"), {})
-    assert "whole photos, as the project file asks" in page and "blurs those that it finds" in page
+    assert "whole photos, as somebody asked" in page and "blurs those that it finds" in page
 
 
 def test_without_a_network_nobody_looks_for_people() -> None:

@@ -5,7 +5,7 @@ from typing import Literal
 _SHOWN = {
     "elements": "Pictures are sharp where something was measured. Where an element is missing, or was judged without "
     "being measured, they are coarse. All else is blurred, and so is what stands before what was measured.",
-    "whole": "Pictures show whole photos, as the project file asks.",
+    "whole": "Pictures show whole photos, as somebody asked.",
 }
 _PEOPLE = {
     True: "A network looks for people and blurs those that it finds. Look for those that it missed.",
