@@ -21,7 +21,7 @@ from asbuilt_bim.report.wording.notes import note_words
 from tests.ifc.reports import report_on
 from tests.site_fixture import site
 
-pytest.importorskip("ifcpatch", reason="ifcpatch isn't installed: pip install asbuilt-bim[dev]")
+pytest.importorskip("ifcpatch", reason="ifcpatch isn't installed: pip install ifcpatch")
 
 
 def patch(folder: Path, source: Path, result: Path) -> subprocess.CompletedProcess[str]:

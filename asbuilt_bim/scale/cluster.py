@@ -106,9 +106,7 @@ def cluster(scheduler: Scheduler) -> Iterator[Cluster]:
         from distributed import Client
         from distributed.security import Security
     except ImportError as problem:
-        raise MissingExtraError(
-            '--scheduler needs Dask, which isn\'t installed: pip install "asbuilt-bim[dask]"'
-        ) from problem
+        raise MissingExtraError("--scheduler needs Dask, which isn't installed: pip install distributed") from problem
     for name in _CHATTY:  # what matters of it is said here
         logging.getLogger(name).setLevel(logging.CRITICAL)
     security = _security(scheduler, Security) if scheme == "tls" else None

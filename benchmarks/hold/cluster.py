@@ -3,7 +3,7 @@
 python benchmarks/hold/cluster.py --check            six stations
 python benchmarks/hold/cluster.py --check --quick    three
 
-Needs `pip install "asbuilt-bim[dask]"`. A run on the cluster must give the `result.json` of a run without it, but for
+Needs `pip install distributed`. A run on the cluster must give the `result.json` of a run without it, but for
 the time it was made; also when a worker is killed on the way. With all workers killed, the scheduler killed, no worker
 there or one without this package, the command must end by itself: exit 1, and a message within half a minute. The next
 run, without the cluster, must take up what was measured.
@@ -174,7 +174,7 @@ def main() -> int:
     """Run, lose, and print what was told."""
     args = options(__doc__ or "").parse_args()
     if find_spec("distributed") is None:
-        print('Dask isn\'t installed: pip install "asbuilt-bim[dask]"; nothing was judged')
+        print("Dask isn't installed: pip install distributed; nothing was judged")
         return 0
     lines, faults = [], []
     with tempfile.TemporaryDirectory(prefix="asbuilt-bim-cluster-") as folder:

@@ -2,7 +2,7 @@
 
 python benchmarks/valuation/tables.py --check
 
-pandas, DuckDB and pyarrow (`pip install pandas duckdb "asbuilt-bim[parquet]"`) are asked where they are installed.
+pandas, DuckDB and pyarrow (`pip install pandas duckdb pyarrow`) are asked where they are installed.
 """
 
 from __future__ import annotations

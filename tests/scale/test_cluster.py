@@ -23,7 +23,7 @@ from asbuilt_bim.scale.executor import run_jobs
 from asbuilt_bim.scale.fingerprint import measuring_identity
 from tests.project_folder import write_project
 
-DASK = pytest.mark.skipif(find_spec("distributed") is None, reason='needs pip install "asbuilt-bim[dask]"')
+DASK = pytest.mark.skipif(find_spec("distributed") is None, reason="needs pip install distributed")
 ROOT = str(Path(__file__).parents[2])
 
 

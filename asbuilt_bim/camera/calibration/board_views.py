@@ -178,7 +178,7 @@ def require_enough(views: Sequence[BoardView], left_out: Sequence[Rejection]) ->
 
 
 def _places(views: Sequence[BoardView]) -> int:
-    """Count the views that show the board elsewhere than each other one that counts."""
+    """Count the views that show the board elsewhere than each other one that counts, up to `FEWEST_PAIRS`."""
     kept: list[dict[tuple[float, ...], FloatArray]] = []
     for view in views:
         corners = {tuple(np.round(point, 6)): px for point, px in zip(view.left_points_m, view.left_px, strict=True)}
@@ -188,4 +188,6 @@ def _places(views: Sequence[BoardView]) -> int:
         moved = (max((float(np.linalg.norm(a - b)) for a, b in pairs), default=np.inf) for pairs in shared)
         if all(far > 0.5 * square_px for far in moved):
             kept.append(corners)
+        if len(kept) == FEWEST_PAIRS:
+            break
     return len(kept)

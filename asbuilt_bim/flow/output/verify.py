@@ -37,8 +37,16 @@ def verify_folder(folder: Path, project: Project | None = None) -> list[Verified
 
     Raises:
         OutputError: the current result isn't as its run wrote it.
-        ResultError: there is no run.
+        ResultError: there is no run, or a file can't be read.
     """
+    try:
+        return _verified(folder, project)
+    except OSError as problem:
+        why = f"can't be read ({problem.strerror}); close it in other programs, and look at your rights"
+        raise ResultError(f"{problem.filename or folder}: {why}") from problem
+
+
+def _verified(folder: Path, project: Project | None) -> list[Verified]:
     if not folder.is_dir():
         raise ResultError(f"{folder}: no such folder; name the --out folder of a run")
     current = read_current(folder)

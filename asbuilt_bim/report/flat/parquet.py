@@ -37,7 +37,7 @@ def _arrow() -> tuple[Any, Any]:
         import pyarrow.parquet
     except ImportError as problem:
         raise MissingExtraError(
-            'Parquet needs pyarrow, which isn\'t installed: pip install "asbuilt-bim[parquet]"; CSV needs nothing'
+            "Parquet needs pyarrow, which isn't installed: pip install pyarrow; CSV needs nothing"
         ) from problem
     return pyarrow, pyarrow.parquet
 

@@ -59,7 +59,7 @@ def sheets_pdf(drawings: Sequence[Drawing], paper: Paper) -> bytes:
     try:
         from reportlab.pdfgen.canvas import Canvas
     except ImportError as problem:
-        raise MissingExtraError("printing needs reportlab: pip install 'asbuilt-bim[print]'") from problem
+        raise MissingExtraError("printing needs reportlab: pip install reportlab") from problem
     pages = [(drawing, page) for drawing in drawings for page in _pages(drawing, paper)]
     if len(pages) > MAX_PAGES:
         raise OptionError(f"{len(pages)} pages, limit {MAX_PAGES}; choose a larger paper, or print fewer at once")

@@ -162,3 +162,12 @@ def test_of_a_workbook_that_another_folder_signed_only_its_own_valuation_has_its
     assert first.valuation is not None
     one, two = first.valuation.certificates
     assert one.digests == {} and two.digests == {"workbook": file_digest(tmp_path / "out 2" / "quantities.xlsx")}
+
+
+def test_a_file_that_cannot_be_read_is_named_and_no_traceback(certified: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def held(path: Path) -> str:
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr("asbuilt_bim.flow.output.verify.file_digest", held)
+    told = CliRunner().invoke(app, ["verify", str(certified)])
+    assert told.exit_code == 1 and "quantities" in told.stderr and "can't be read (Permission denied)" in told.stderr

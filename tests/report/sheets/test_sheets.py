@@ -135,7 +135,7 @@ def test_a_file_of_more_pages_than_anyone_prints_is_refused() -> None:
 
 def test_without_the_extra_its_install_line_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "reportlab.pdfgen.canvas", None)
-    with pytest.raises(MissingExtraError, match=r"pip install 'asbuilt-bim\[print\]'"):
+    with pytest.raises(MissingExtraError, match=r"pip install reportlab"):
         sheets_pdf([target_drawing(0.1)], PAPERS["A4"])
 
 
