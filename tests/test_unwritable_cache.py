@@ -50,3 +50,12 @@ def test_a_cache_that_can_be_written_or_is_switched_off_is_no_matter(
     assert "cache" not in said("run", unphotographed)
     monkeypatch.setenv("ASBUILT_BIM_CACHE", str(unphotographed))
     assert "cache" not in said("run", unphotographed, "--no-cache")
+
+
+def test_a_disk_on_which_every_file_looks_like_anybodys_is_told_once(
+    unphotographed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ASBUILT_BIM_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr("asbuilt_bim.terminal.open_cache.owner_only", lambda about: False)
+    warned = said("run", unphotographed)
+    assert warned.count("! cache ") == 1 and "shows every file as one that others may write" in warned

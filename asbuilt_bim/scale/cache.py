@@ -46,7 +46,7 @@ def digest_of(parts: Iterable[str | bytes]) -> str:
     return digest.hexdigest()
 
 
-def _is_ours(about: os.stat_result) -> bool:
+def owner_only(about: os.stat_result) -> bool:
     """Say whether nobody but this user (or the system's) can have written a file: money follows from what it holds.
 
     Windows keeps a user's folder from others by itself.
@@ -70,7 +70,7 @@ class Cache:
         path = self._path(key)
         try:
             with path.open("rb") as file:
-                if not _is_ours(os.fstat(file.fileno())):
+                if not owner_only(os.fstat(file.fileno())):
                     return None
                 data = file.read()
         except OSError:

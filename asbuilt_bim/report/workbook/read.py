@@ -58,9 +58,8 @@ class LastWorkbook:
     notes: tuple[Note, ...]
     certified: Mapping[int, float | None] = field(default_factory=dict)  # by line's number in its bill
     certain: Mapping[tuple[str, str], float] = field(default_factory=dict)  # shares, by line and GlobalId
-    digests: Mapping[str, str] = field(
-        default_factory=dict
-    )  # sha256 of the "workbook", where it is signed, and its run's "result"
+    digests: Mapping[str, str] = field(default_factory=dict)
+    """SHA-256 of the "workbook", where it is signed, and of its run's "result"."""
 
 
 def read_last_workbook(path: Path, *, as_it_stands: bool = False) -> LastWorkbook:

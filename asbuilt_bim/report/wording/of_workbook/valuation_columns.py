@@ -150,7 +150,7 @@ CERTIFICATES = (
     _column("Net", "money", 14, "= work + variations - retention."),
     _column("Payable", "money", 14, "= net + tax, in all."),
     _column("Paid by this one", "money", 14, "What this valuation added."),
-    _column("Run", "text", 25, "When the run was made that it was signed on (UTC); its folder in runs/ begins so."),
+    _column("Run", "text", 25, "When the run was made that it was signed on (UTC)."),
     _column("Signed file", "text", 66, "SHA-256 of the workbook as it was signed."),
 )
 
