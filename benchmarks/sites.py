@@ -63,12 +63,16 @@ def benchmark_folder() -> Path:
     return folder
 
 
-def generated_site(seed: int) -> Path:
-    """Make (or find) the ray-cast site of a seed; needs `pip install -e synthetic`."""
-    site = benchmark_folder() / f"site-{seed}"
+def generated_site(seed: int, *, shuttered: bool = False) -> Path:
+    """Make (or find) the ray-cast site of a seed, with thick formwork round what is absent or as it comes.
+
+    Needs `pip install -e synthetic`.
+    """
+    site = benchmark_folder() / (f"site-{seed}-shuttered" if shuttered else f"site-{seed}")
     done = site / "complete"
     if not done.exists():
         command = [sys.executable, "-m", "asbuilt_synthetic", "site", "--seed", str(seed), "--out", str(site)]
+        command += ["--shuttered"] * shuttered
         path = os.pathsep.join([str(ROOT / "synthetic"), os.environ.get("PYTHONPATH", "")])
         if subprocess.run(command, check=False, env={**os.environ, "PYTHONPATH": path}).returncode != 0:
             raise SystemExit(f"seed {seed}: no site could be made; its generator needs: pip install -e synthetic")

@@ -6,11 +6,19 @@ from datetime import date
 
 from asbuilt_bim.codes import GIVEN_CONTRADICTED, PHOTO_FAULTS, Reason, SubjectKind
 from asbuilt_bim.errors import Rejection
-from asbuilt_bim.progress.report import ElementProgress, GroupProgress, ProgressReport, ShownState, StationRecord
+from asbuilt_bim.progress.report import (
+    ElementProgress,
+    GroupProgress,
+    ProgressReport,
+    Provenance,
+    ShownState,
+    StationRecord,
+)
 from asbuilt_bim.report.wording.notes import note_words
 from asbuilt_bim.report.wording.reasons import words_of, words_of_faces
 from asbuilt_bim.report.wording.values import area_of
 from asbuilt_bim.report.wording.words import Words
+from asbuilt_bim.version import __version__
 
 NO_STOREY = "(no storey)"
 OF_STATION = frozenset(
@@ -132,6 +140,12 @@ def photographed_areas(report: ProgressReport) -> dict[str, float]:
         if face.surface.as_built_area_m2 is not None:
             found[face.element] = found.get(face.element, 0.0) + face.exposed_area_m2
     return found
+
+
+def program_words(made: Provenance) -> str:
+    """Write which program measured and when, and which wrote this where `report` of another version made it again."""
+    measured = f"asbuilt_bim {made.program_version}, {made.created}"
+    return measured if made.program_version == __version__ else f"{measured}; written again by {__version__}"
 
 
 def measured_words(group: GroupProgress, report: ProgressReport) -> str:

@@ -2,6 +2,7 @@
 
 python benchmarks/site/rules.py --seeds 20 31 100 101        the sample and these sites (for development)
 python benchmarks/site/rules.py --quick                      the sample and three rules
+python benchmarks/site/rules.py --shuttered 41 42            these sites with thick formwork round what is absent
 python benchmarks/site/rules.py --only gaps edges            the rules whose name holds one of these words
 python benchmarks/site/rules.py --together gaps hangs        these off all at once: one may do another's work
 
@@ -223,11 +224,13 @@ def main() -> int:
     """Judge the sites with all rules, and without each."""
     parser = options(__doc__ or "")
     parser.add_argument("--seeds", type=int, nargs="*", default=(), help="sites beside the sample")
+    parser.add_argument("--shuttered", type=int, nargs="*", default=(), help="sites with formwork of thick panels")
     parser.add_argument("--only", nargs="*", default=[""], help="the rules whose name holds one of these")
     parser.add_argument("--together", nargs="+", default=[], help="the rules so named, all at once")
     args = parser.parse_args()
     cache = Cache(folder=benchmark_folder() / "cache")
     folders = {"sample": SAMPLE} | {f"seed {seed}": generated_site(seed) for seed in args.seeds}
+    folders |= {f"shuttered {seed}": generated_site(seed, shuttered=True) for seed in args.shuttered}
     sites = [measured_site(folder, name, cache) for name, folder in folders.items()]
     chosen = [rule for rule in RULES if any(word in rule.name for word in args.only)][: 3 if args.quick else None]
 

@@ -22,6 +22,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--boards", type=int, default=BOARD_PAIRS)
     parser.add_argument("--visits", type=int, default=2)
     parser.add_argument("--stations", type=int, default=STATIONS)
+    parser.add_argument("--shuttered", action="store_true", help="formwork of thick panels round all that is absent")
     parser.add_argument("--out", type=Path, required=True)
     a = parser.parse_args(arguments)
     is_sample = a.what == "sample"
@@ -33,6 +34,7 @@ def main(arguments: list[str] | None = None) -> int:
         a.stations,
         a.board_renderer,
         a.boards,
+        shuttered=a.shuttered,
     )
     return 0
 

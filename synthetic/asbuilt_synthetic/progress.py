@@ -13,6 +13,19 @@ FIRST_DAY = date(2026, 3, 2)
 DAYS_BETWEEN_VISITS = 14
 
 
+PLY_M = 0.021
+PANEL_M = (0.04, 0.10)
+"""How thick formwork stands before the faces: bare sheets, and framed or beam panels of a shuttered site."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Form:
+    """The formwork of an absent element: "formwork_ply" or "formwork_steel", this thick before its faces."""
+
+    material: str
+    panel_m: float = PLY_M
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Progress:
     """The state of a site at one visit."""
@@ -20,7 +33,7 @@ class Progress:
     visit: int
     day: date
     fraction: dict[str, float]  # GlobalId -> poured share of the height
-    formwork: dict[str, str]  # GlobalId -> "formwork_ply" | "formwork_steel", standing round an absent element
+    formwork: dict[str, Form]  # GlobalId -> what stands round an absent element
     cages: frozenset[str]  # GlobalIds of absent elements whose full rebar cage stands
 
     def stands(self, element: Element) -> bool:
@@ -28,8 +41,11 @@ class Progress:
         return self.fraction[element.global_id] > 0
 
 
-def progress(building: Building, visit: int) -> Progress:
-    """Work out the state at a visit; what stands at one visit stands at the next."""
+def progress(building: Building, visit: int, *, shuttered: bool = False) -> Progress:
+    """Work out the state at a visit; what stands at one visit stands at the next.
+
+    On a shuttered site formwork of thick panels stands round every absent element that has its slab.
+    """
     fraction: dict[str, float] = {}
     for group in _groups(building):
         fraction.update(_group_fractions(building.seed, group, visit))
@@ -41,8 +57,10 @@ def progress(building: Building, visit: int) -> Progress:
     formwork, cages = {}, set()
     for e in absent:
         draw = rng.random()
-        if draw < 0.3:
-            formwork[e.global_id] = "formwork_steel" if rng.random() < 0.4 and e.shape != "round" else "formwork_ply"
+        if draw < 0.3 or shuttered:
+            steel = rng.random() < 0.4 and e.shape != "round"
+            panel_m = float(rng.uniform(*PANEL_M)) if shuttered else PLY_M
+            formwork[e.global_id] = Form(material="formwork_steel" if steel else "formwork_ply", panel_m=panel_m)
         elif draw < 0.5:
             cages.add(e.global_id)
     return Progress(

@@ -9,11 +9,10 @@ import numpy as np
 from asbuilt_synthetic.building import Building, Element
 from asbuilt_synthetic.meshes import Part, box, circle, join, lathe, transform, tube
 from asbuilt_synthetic.model import FloatArray
-from asbuilt_synthetic.progress import Progress
+from asbuilt_synthetic.progress import Form, Progress
 from asbuilt_synthetic.solids import in_opening
 
 _COVER_M = 0.045
-_PLY_M = 0.021
 
 
 def reinforcement(building: Building, progress: Progress, rng: np.random.Generator) -> list[Part]:
@@ -37,10 +36,11 @@ def reinforcement(building: Building, progress: Progress, rng: np.random.Generat
     return out
 
 
-def formwork(e: Element, material: str, rng: np.random.Generator) -> list[Part]:
+def formwork(e: Element, form: Form, rng: np.random.Generator) -> list[Part]:
     """Stand panels with walings before the faces of an absent element; a wall may have only one side closed."""
+    material, panel_m = form.material, form.panel_m
     if e.shape == "round":
-        r = e.length_m / 2 + _PLY_M
+        r = e.length_m / 2 + panel_m
         rings = [
             lathe("ring", [(r + 0.03, z), (r + 0.03, z + 0.06)], "formwork_steel", 32) for z in (0.2, 1.0, 1.8, 2.6)
         ]
@@ -50,9 +50,9 @@ def formwork(e: Element, material: str, rng: np.random.Generator) -> list[Part]:
     both = e.shape == "rect" or rng.random() < 0.6
     skins, walings = [], []
     for sign in (1, -1) if both else (1,):
-        y = sorted((sign * h, sign * (h + _PLY_M)))
+        y = sorted((sign * h, sign * (h + panel_m)))
         skins.append(box("ply", (x0, y[0], 0), (x1, y[1], top), material))
-        y = sorted((sign * (h + _PLY_M), sign * (h + _PLY_M + 0.1)))
+        y = sorted((sign * (h + panel_m), sign * (h + panel_m + 0.1)))
         walings += [
             box("waling", (x0 - 0.1, y[0], z), (x1 + 0.1, y[1], z + 0.09), "timber") for z in (0.25, 1.0, 1.75, 2.5)
         ]
@@ -62,8 +62,8 @@ def formwork(e: Element, material: str, rng: np.random.Generator) -> list[Part]:
                 for x in np.arange(x0 + 0.2, x1, 0.6)
             ]
     if e.shape == "rect":
-        for a, b in ((x0 - _PLY_M, x0), (x1, x1 + _PLY_M)):
-            skins.append(box("ply", (a, -h - _PLY_M, 0), (b, h + _PLY_M, top), material))
+        for a, b in ((x0 - panel_m, x0), (x1, x1 + panel_m)):
+            skins.append(box("ply", (a, -h - panel_m, 0), (b, h + panel_m, top), material))
     return [
         replace(_at(e, join(f"Form {e.name}", skins)), texture_seed=int(rng.integers(1 << 16))),
         _at(e, join(f"Walings {e.name}", walings)),

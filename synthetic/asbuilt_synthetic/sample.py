@@ -35,15 +35,18 @@ def write_site(
     board_renderer: str | None = None,
     board_count: int = BOARD_PAIRS,
     truth: bool = True,
+    *,
+    shuttered: bool = False,
 ) -> None:
     """Write the project folder of a seed; photos that are there already are kept (resumable).
 
     `renderer` and `board_renderer` are "raycast" or "cycles"; boards follow the renderer where not given.
+    On a `shuttered` site formwork of thick panels stands round all that is absent.
     """
     out.mkdir(parents=True, exist_ok=True)
     here = site(seed)
     write_ifc(here.building, out / "design.ifc")
-    scenes = [scene(seed, v, stations) for v in range(visits)]
+    scenes = [scene(seed, v, stations, shuttered=shuttered) for v in range(visits)]
     _write_markers(out / "markers.csv", here.tags.markers(here.building))
     (out / "project.yaml").write_text(_project_text(here.building.name, here.tags.size_m, scenes), encoding="utf-8")
     if truth:

@@ -45,14 +45,16 @@ def site(seed: int) -> Site:
 
 
 @lru_cache(maxsize=4)
-def scene(seed: int, visit: int = 0, stations: int = STATIONS, tries: int = PLACES_TRIED) -> Scene:
+def scene(
+    seed: int, visit: int = 0, stations: int = STATIONS, tries: int = PLACES_TRIED, *, shuttered: bool = False
+) -> Scene:
     """Build the site of a seed at a visit (0 the first, a fortnight between), with its stations.
 
     Raises:
         RuntimeError: when no stations that see tags and target can be found.
     """
     here = site(seed)
-    building, state = here.building, progress(here.building, visit)
+    building, state = here.building, progress(here.building, visit, shuttered=shuttered)
     rng = np.random.default_rng([seed, 9, visit])
     parts = [
         *_poured(building, state),

@@ -1,13 +1,14 @@
 """When a task is planned, and why its dates don't count where they don't."""
 
 from dataclasses import dataclass
-from datetime import date, datetime
+from datetime import date, datetime, time
 from typing import Any
 
 import ifcopenshell.util.date
 
 from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.ifc.read.work_calendar import worked_out_finish
+from asbuilt_bim.schedule.rows import at_time
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,6 +35,8 @@ def planned_dates(task: Any) -> PlannedDates:
         if one is not None and found is None:
             values: Values = {"end": name, "written": str(one)[:40]}
             return PlannedDates(fault=_fault(Reason.DATE_UNREADABLE, task, values))
+    if finish is not None and finish.time() == time.min:  # a date alone, as most programs write it
+        finish = at_time(finish.date(), end=True)
     if start and finish and finish < start:
         days = {"start": start.date().isoformat(), "finish": finish.date().isoformat()}
         return PlannedDates(fault=_fault(Reason.FINISH_BEFORE_START, task, days))

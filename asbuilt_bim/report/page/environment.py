@@ -6,7 +6,7 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from asbuilt_bim.report.tables import measured_words
+from asbuilt_bim.report.tables import measured_words, program_words
 from asbuilt_bim.report.wording import completion
 from asbuilt_bim.report.wording import values as wording
 from asbuilt_bim.report.wording.notes import note_words
@@ -63,5 +63,5 @@ def environment() -> Environment:
     made.globals.update(picture_words=picture_words, blurred_words=BLURRED_WORDS, one_for_each=ONE_FOR_EACH)
     made.globals.update(comes_up_words=COMES_UP)
     made.globals.update(not_clear=NOT_CLEAR, wrong_before=WRONG_BEFORE)
-    made.globals.update(measured_words=measured_words)
+    made.globals.update(measured_words=measured_words, program_words=program_words)
     return made

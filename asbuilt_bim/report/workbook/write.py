@@ -18,6 +18,7 @@ from asbuilt_bim.report.tables import (
     lost_before,
     lost_stations,
     photographed_of,
+    program_words,
     station_rows,
     storey_names,
 )
@@ -308,7 +309,7 @@ def _notes(sheet: Worksheet, report: ProgressReport, styles: Styles) -> None:
     rows += [("", "", "")] + [("Left out", words.what, str(words)) for words in left_out]
     if report.provenance:
         made = report.provenance
-        rows += [("Made", "Program", f"asbuilt_bim {made.program_version}, {made.created}")]
+        rows += [("Made", "Program", program_words(made))]
         rows += [("Made", "IFC file", f"{made.ifc_name} {made.ifc_digest}"), ("Made", "Rig", made.rig_digest)]
     for index, cells in enumerate(rows):
         write_row(sheet, index + 1, cells, NOTES, styles)

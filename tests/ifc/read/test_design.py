@@ -297,7 +297,7 @@ def test_task_dates_that_cannot_be_are_left_out_and_said(start: str, finish: str
     bad.TaskTime.ScheduleStart, bad.TaskTime.ScheduleFinish = start, finish
     design = read_design(builder.write(tmp_path / "plan.ifc"))
     dates = {task.name: (task.schedule_start, task.schedule_finish) for task in design.tasks}
-    assert dates == {"rebar": (None, None), "pour": (datetime(2026, 2, 1), datetime(2026, 2, 14))}
+    assert dates == {"rebar": (None, None), "pour": (datetime(2026, 2, 1), datetime(2026, 2, 14, 17))}
     assert any(words.startswith(f"task rebar: {says}") for words in map(note_words, design.notes))
 
 

@@ -126,3 +126,12 @@ def test_two_calendars_or_none_give_no_finish(tmp_path: Path) -> None:
         for _ in range(count):
             controlled(builder, made, calendar(builder))
         assert read(builder, tmp_path)[1] is None
+
+
+def test_a_finish_at_midnight_is_a_date_alone_and_means_the_end_of_its_working_day(tmp_path: Path):
+    builder = ModelBuilder("IFC4")
+    made = builder.task("pour", [builder.box("IfcColumn", "C", (0.0, 0.0, 0.0), (0.4, 0.4, 3.0))])
+    made.TaskTime = builder.make("IfcTaskTime", ScheduleStart=START, ScheduleFinish="2026-03-05T00:00:00")
+    design, finish, _ = read(builder, tmp_path)
+    assert finish == datetime(2026, 3, 5, 17)
+    assert not [note for note in design.notes if note.code == Reason.FINISH_BEFORE_START]
