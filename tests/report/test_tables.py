@@ -10,10 +10,18 @@ from asbuilt_bim.codes import Reason, Subject, SubjectKind
 from asbuilt_bim.errors import Rejection
 from asbuilt_bim.progress.report import Completion
 from asbuilt_bim.progress.valuation.bill import bills
+from asbuilt_bim.report import tables
 from asbuilt_bim.report.cost_rows import cost_groups
 from asbuilt_bim.report.csv import csv_text, safe_cell, write_csv
 from asbuilt_bim.report.page.write import page_html
-from asbuilt_bim.report.tables import element_rows, lost_stations, photographed_of, station_doubts, station_rows
+from asbuilt_bim.report.tables import (
+    element_rows,
+    lost_stations,
+    photographed_of,
+    program_words,
+    station_doubts,
+    station_rows,
+)
 from asbuilt_bim.report.task_rows import task_rows
 from asbuilt_bim.report.wording.of_workbook.valuation_columns import COST_PARTS
 from asbuilt_bim.report.wording.reasons import words_of
@@ -341,3 +349,11 @@ def test_what_was_given_for_a_stations_place_and_left_out_is_told_where_the_stat
 
     said = replace(report, rejections=(against(counts), against("nowhere")))
     assert station_doubts(said) == (against(counts),)
+
+
+def test_a_report_written_again_by_another_version_names_both_and_its_own_names_one(monkeypatch):
+    assert program_words(sample_report().provenance) == "asbuilt_bim 0.1.0, 2026-03-17T08:30:00+00:00"
+    monkeypatch.setattr(tables, "__version__", "0.2.0")
+    words = "asbuilt_bim 0.1.0, 2026-03-17T08:30:00+00:00; written again by 0.2.0"
+    assert words in page_html(sample_report(), {})
+    assert words in [row[2] for row in book()["Notes"].iter_rows(values_only=True)]
