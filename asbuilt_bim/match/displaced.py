@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from asbuilt_bim.bim.mesh import Mesh, inside
 from asbuilt_bim.bim.model import BimElement, BimModel, DesignFace
 from asbuilt_bim.geometry import polygon
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
@@ -113,13 +114,16 @@ def displaced(matched: MatchResult, design: BimModel, before: Mapping[str, Float
     measured, and those whose faces lie there as well as in their place: a wall that was moved along itself.
     """
     faces = [in_world(face, placed.pose) for placed in matched.stations for face in placed.measurement.faces]
-    in_place = _in_place(matched)
+    in_place, bodies = _in_place(matched), _bodies(design, faces)
     seen_of: dict[str, _Seen] = {}
     found: dict[str, Displaced] = {}
     for element, near in _nearby(design, faces):
         pairs = []
         for seen in near:
-            lies = in_place.get((seen.pose.station, seen.face.face_id), ())
+            known_as = seen.pose.station, seen.face.face_id
+            if bodies.get(known_as, set()) - {element.global_id}:
+                continue
+            lies = in_place.get(known_as, ())
             left = 1.0 - sum(match.overlap for match in lies if match.element != element.global_id)
             pairs += [pair for face in element.faces if (pair := _pair(seen, face, left)) is not None]
         one = _Seen(pairs=pairs, here_m2=_standing(pairs, np.zeros(3), COARSE_M)[0])
@@ -163,6 +167,29 @@ def _in_place(matched: MatchResult) -> dict[tuple[str, str], list[FaceMatch]]:
         if abs(match.offset_m) <= COARSE_M + 2.0 * match.offset_sigma_m:
             found.setdefault((match.station, match.face_id), []).append(match)
     return found
+
+
+def _bodies(design: BimModel, faces: Sequence[WorldFace]) -> dict[tuple[str, str], set[str]]:
+    """Return the elements in whose bodies the concrete behind each measured face lies, by station and id.
+
+    They explain it also where it is no face of the design: a wall's end that a column will cover, or a pour's end.
+    """
+    found: dict[tuple[str, str], set[str]] = {}
+    behind_m = np.array([seen.centroid_m - COARSE_M * _outward(seen) for seen in faces]).reshape(-1, 3)
+    for element in design.elements:
+        body = Mesh(vertices_m=element.vertices_m, triangles=element.triangles)
+        low, high = body.bounds_m
+        near = np.flatnonzero(np.all((behind_m >= low) & (behind_m <= high), axis=1))
+        for index in near[inside(body, behind_m[near])]:
+            seen = faces[int(index)]
+            found.setdefault((seen.pose.station, seen.face.face_id), set()).add(element.global_id)
+    return found
+
+
+def _outward(seen: WorldFace) -> FloatArray:
+    """Return a measured face's normal (3,) at its middle."""
+    frame = seen.frame
+    return frame.normal if isinstance(frame, PlaneFrame) else frame.outward(frame.to_uv(seen.centroid_m))
 
 
 def _nearby(design: BimModel, faces: Sequence[WorldFace]) -> Iterator[tuple[BimElement, list[WorldFace]]]:

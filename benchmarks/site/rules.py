@@ -196,7 +196,7 @@ def figures(rows: Sequence[Element]) -> str:
 
 def wrongly(row: Element) -> bool:
     """Say whether a state is certain and wrong."""
-    return row.state in ("complete", "not started") and row.state != row.true_state
+    return row.state in ("complete", "not started", "displaced") and row.state != row.true_state
 
 
 def within(row: Element) -> bool:

@@ -24,6 +24,12 @@ from asbuilt_bim.vision.stereo.depth import DepthMap
 
 FAR = np.array([512_300.0, 5_412_800.0, 430.0])
 UP = np.array([0.0, 0.0, 1.0])
+BOX_TRIANGLES = np.array(
+    [[a, b, c] for a, b, c, d in (
+        (0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)
+    ) for a, b, c in ((a, b, c), (a, c, d))], dtype=np.int32,
+)  # fmt: skip
+"""Of corners in the order of x, y, z, each low and high."""
 Box = tuple[FloatArray, FloatArray]  # low and high corner, metres from FAR
 
 CAMERA = RectifiedCamera(
@@ -188,7 +194,7 @@ def _element(
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * size + low
     return BimElement(
         global_id=name, ifc_class="IfcWall" if kind == "wall" else "IfcColumn", kind=kind, name=name, tag="",
-        storey="S", is_concrete=True, vertices_m=corners, triangles=np.zeros((0, 3), np.int32),
+        storey="S", is_concrete=True, vertices_m=corners, triangles=BOX_TRIANGLES,
         axis_from_world=rigid(np.eye(3), -low), length_m=float(size[0]), thickness_m=float(size[1]),
         height_m=float(size[2]), volume_m3=float(np.prod(size)), faces=faces, qto={},
     )  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from datetime import date
 
 import numpy as np
@@ -99,6 +100,18 @@ def test_a_face_that_runs_on_past_its_wall_is_no_move_along_it() -> None:
     seen = [measured("A1/0", POSE, frame, polygon.box(0.5, 0.0, 4.6, 3.0))]  # a neighbour that isn't in the design
     placed = placement(station("A1", POSE, [box(0, 0, 0, 4.6, 0.2, 3)], seen))
     assert displaced(match_faces(placed, model([wall]), MatchOptions()), model([wall]), {}) == {}
+
+
+def test_the_end_of_a_wall_that_a_column_will_cover_is_no_column_that_stands_in_the_wall() -> None:
+    wall, column = element("W", "wall", box(0, 0, 0, 4, 0.2, 3)), element("C", "column", box(4, 0, 0, 0.4, 0.2, 3))
+    ends = [face for face in wall.faces if isinstance(face.frame, PlaneFrame) and face.frame.normal[0] > 0.9]
+    design = model([replace(wall, faces=tuple(face for face in wall.faces if face not in ends)), column])
+    pose = looking([9.0, -3.0, 1.6], [4.0, 0.0, 1.4])
+    (end,) = ends
+    assert isinstance(end.frame, PlaneFrame)
+    seen = [measured("A1/0", pose, end.frame, polygon.box(0.0, 0.0, 0.2, 3.0))]
+    placed = placement(station("A1", pose, [box(0, 0, 0, 4, 0.2, 3)], seen))
+    assert displaced(match_faces(placed, design, MatchOptions()), design, {}) == {}
 
 
 def wall_before_its_design(outlines: Sequence[Region], boxes: Sequence[Box]) -> dict[str, Displaced]:
