@@ -1,9 +1,11 @@
 """A work schedule as plain data: working time, links between tasks, and where the dates came from."""
 
 from dataclasses import dataclass
-from datetime import date, datetime, timedelta
+from datetime import date, datetime, time, timedelta
 from typing import Literal
 
+DAY_START, DAY_END = time(8), time(17)
+"""What a date without a time means: the customary working day of both MS Project and P6."""
 LinkKind = Literal["FS", "SS", "FF", "SF"]
 """Finish-to-start and so on: which end of the predecessor holds which end of the successor."""
 
@@ -101,6 +103,11 @@ class WorkCalendar:
 def weekday(number: int, *spans: tuple[int, int]) -> WorkDay:
     """Return a day of the week with its spans as minutes from midnight."""
     return WorkDay(weekday=number, day=None, spans=tuple(WorkSpan(from_min=a, to_min=b) for a, b in spans))
+
+
+def at_time(day: date, *, end: bool) -> datetime:
+    """Return the beginning or the end of a date's working day."""
+    return datetime.combine(day, DAY_END if end else DAY_START)
 
 
 EVERY_DAY = WorkCalendar(name="Every day", week=tuple(weekday(n, (0, DAY_MIN)) for n in range(7)))

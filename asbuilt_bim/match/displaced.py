@@ -15,11 +15,12 @@ from asbuilt_bim.geometry.arrays import FloatArray, frozen
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import Region
+from asbuilt_bim.geometry.transform import rigid
 from asbuilt_bim.match.assign import WHOLE_SHARE, match_faces
 from asbuilt_bim.match.depth_on_design import seen_past_m2
 from asbuilt_bim.match.options import MatchOptions
 from asbuilt_bim.match.regions import to_frame
-from asbuilt_bim.match.result import FaceMatch, MatchResult
+from asbuilt_bim.match.result import MatchResult
 from asbuilt_bim.match.score import WorldFace, in_world, plane_offset_sigma_m, point_sigma_m
 from asbuilt_bim.match.survey_shift import BAND_M, COARSE_M, LEAST_MORE, NEAR_M
 from asbuilt_bim.match.upright_planes import PARALLEL_COS
@@ -60,7 +61,7 @@ class _Pair:
     off_m: FloatArray
     sigma_m: float
     outline: Region
-    left: float  # share of the measured face that lies on no other element in its place
+    explained: bool  # another element's body lies behind it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -114,18 +115,15 @@ def displaced(matched: MatchResult, design: BimModel, before: Mapping[str, Float
     measured, and those whose faces lie there as well as in their place: a wall that was moved along itself.
     """
     faces = [in_world(face, placed.pose) for placed in matched.stations for face in placed.measurement.faces]
-    in_place, bodies = _in_place(matched), _bodies(design, faces)
+    nearby = list(_nearby(design, faces))
+    bodies = _bodies(nearby)
     seen_of: dict[str, _Seen] = {}
     found: dict[str, Displaced] = {}
-    for element, near in _nearby(design, faces):
+    for element, near in nearby:
         pairs = []
         for seen in near:
-            known_as = seen.pose.station, seen.face.face_id
-            if bodies.get(known_as, set()) - {element.global_id}:
-                continue
-            lies = in_place.get(known_as, ())
-            left = 1.0 - sum(match.overlap for match in lies if match.element != element.global_id)
-            pairs += [pair for face in element.faces if (pair := _pair(seen, face, left)) is not None]
+            explained = bool(bodies.get(id(seen), set()) - {element.global_id})
+            pairs += [pair for face in element.faces if (pair := _pair(seen, face, explained)) is not None]
         one = _Seen(pairs=pairs, here_m2=_standing(pairs, np.zeros(3), COARSE_M)[0])
         best = _best_move(pairs, element)
         if best is not None and _is_there(best, one, element, matched.stations):
@@ -148,10 +146,7 @@ def moved_design(design: BimModel, moves_m: Mapping[str, FloatArray]) -> BimMode
 
 
 def _moved(element: BimElement, move_m: FloatArray) -> BimElement:
-    there = np.eye(4)
-    there[:3, 3] = move_m
-    back = np.eye(4)
-    back[:3, 3] = -move_m
+    there, back = (rigid(np.eye(3), way_m) for way_m in (move_m, -move_m))
     return replace(
         element,
         faces=tuple(replace(face, frame=face.frame.moved(there)) for face in element.faces),
@@ -160,36 +155,31 @@ def _moved(element: BimElement, move_m: FloatArray) -> BimElement:
     )
 
 
-def _in_place(matched: MatchResult) -> dict[tuple[str, str], list[FaceMatch]]:
-    """Return the matches of each measured face, by station and id, that lie on a design face in its place."""
-    found: dict[tuple[str, str], list[FaceMatch]] = {}
-    for match in matched.matches:
-        if abs(match.offset_m) <= COARSE_M + 2.0 * match.offset_sigma_m:
-            found.setdefault((match.station, match.face_id), []).append(match)
-    return found
-
-
-def _bodies(design: BimModel, faces: Sequence[WorldFace]) -> dict[tuple[str, str], set[str]]:
-    """Return the elements in whose bodies the concrete behind each measured face lies, by station and id.
+def _bodies(nearby: Iterable[tuple[BimElement, list[WorldFace]]]) -> dict[int, set[str]]:
+    """Return the elements in whose bodies the concrete behind each measured face lies, by the face's `id`.
 
     They explain it also where it is no face of the design: a wall's end that a column will cover, or a pour's end.
     """
-    found: dict[tuple[str, str], set[str]] = {}
-    behind_m = np.array([seen.centroid_m - COARSE_M * _outward(seen) for seen in faces]).reshape(-1, 3)
-    for element in design.elements:
+    found: dict[int, set[str]] = {}
+    for element, near in nearby:
         body = Mesh(vertices_m=element.vertices_m, triangles=element.triangles)
-        low, high = body.bounds_m
-        near = np.flatnonzero(np.all((behind_m >= low) & (behind_m <= high), axis=1))
-        for index in near[inside(body, behind_m[near])]:
-            seen = faces[int(index)]
-            found.setdefault((seen.pose.station, seen.face.face_id), set()).add(element.global_id)
+        for seen, lies_in_it in zip(near, inside(body, [_behind_m(seen) for seen in near]), strict=True):
+            if lies_in_it:
+                found.setdefault(id(seen), set()).add(element.global_id)
     return found
 
 
-def _outward(seen: WorldFace) -> FloatArray:
-    """Return a measured face's normal (3,) at its middle."""
-    frame = seen.frame
-    return frame.normal if isinstance(frame, PlaneFrame) else frame.outward(frame.to_uv(seen.centroid_m))
+def _behind_m(seen: WorldFace) -> FloatArray:
+    """Return a point (3,) of the concrete behind a measured face's middle, as far in as its place is unsure."""
+    frame, at = seen.frame, seen.centroid_m
+    out = frame.normal if isinstance(frame, PlaneFrame) else frame.outward(frame.to_uv(at))
+    return at - (COARSE_M + 2.0 * _place_sigma_m(seen, out)) * out
+
+
+def _place_sigma_m(seen: WorldFace, normal: FloatArray) -> float:
+    """Return how far off a measured face's middle may be along a direction (3,), its station's place included."""
+    at = seen.centroid_m
+    return float(np.hypot(point_sigma_m(seen.pose, at, normal), plane_offset_sigma_m(seen, at)))
 
 
 def _nearby(design: BimModel, faces: Sequence[WorldFace]) -> Iterator[tuple[BimElement, list[WorldFace]]]:
@@ -204,8 +194,8 @@ def _nearby(design: BimModel, faces: Sequence[WorldFace]) -> Iterator[tuple[BimE
         yield design.elements[index], [faces[int(face)] for face in np.flatnonzero(is_near[index])]
 
 
-def _pair(seen: WorldFace, design: DesignFace, left: float) -> _Pair | None:
-    if left <= 1.0 - WHOLE_SHARE or design.role == "reveal" or not seen.outline:
+def _pair(seen: WorldFace, design: DesignFace, explained: bool) -> _Pair | None:
+    if design.role == "reveal" or not seen.outline:
         return None
     if isinstance(seen.frame, PlaneFrame) and isinstance(design.frame, PlaneFrame):
         normal = design.frame.normal
@@ -224,9 +214,8 @@ def _pair(seen: WorldFace, design: DesignFace, left: float) -> _Pair | None:
         return None
     if np.linalg.norm(off_m) > NEAR_M or not outline:
         return None
-    pose_m = float(point_sigma_m(seen.pose, seen.centroid_m, normal))
-    sigma_m = float(np.hypot(pose_m, plane_offset_sigma_m(seen, seen.centroid_m)))
-    return _Pair(seen=seen, design=design, off_m=off_m, sigma_m=sigma_m, outline=outline, left=left)
+    sigma_m = _place_sigma_m(seen, normal)
+    return _Pair(seen=seen, design=design, off_m=off_m, sigma_m=sigma_m, outline=outline, explained=explained)
 
 
 def _best_move(pairs: Sequence[_Pair], element: BimElement) -> Displaced | None:
@@ -277,15 +266,15 @@ def _standing(pairs: Iterable[_Pair], move_m: FloatArray, band_m: float) -> tupl
         wanted = move_m @ frame.normal if isinstance(frame, PlaneFrame) else move_m
         if np.linalg.norm(pair.off_m - wanted) > band_m + 2.0 * pair.sigma_m:
             continue
-        share = pair.left
+        on_it_m2 = face.area_m2
         if isinstance(frame, PlaneFrame):
             shift = np.array([move_m @ frame.u, move_m @ frame.v])
             place: Region = tuple(tuple(ring + shift for ring in rings) for rings in pair.design.rings_uv_m)
             on_it = polygon.intersection(pair.outline, polygon.grown(place, COARSE_M))
-            share = min(share, polygon.area(on_it) / max(polygon.area(pair.outline), 1e-9))
-        if move_m.any() and share < WHOLE_SHARE * pair.left:
+            on_it_m2 *= polygon.area(on_it) / max(polygon.area(pair.outline), 1e-9)
+        if move_m.any() and (pair.explained or on_it_m2 < WHOLE_SHARE * face.area_m2):
             continue
-        total_m2 += share * face.area_m2
+        total_m2 += on_it_m2
         standing.append(pair)
     return total_m2, standing
 

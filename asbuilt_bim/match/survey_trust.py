@@ -8,6 +8,7 @@ from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
+from asbuilt_bim.geometry.transform import rigid
 from asbuilt_bim.match.assign import match_faces
 from asbuilt_bim.match.options import MatchOptions
 from asbuilt_bim.match.result import MatchResult
@@ -36,10 +37,7 @@ class Shift:
         cos, sin = np.cos(self.turn_rad), np.sin(self.turn_rad)
         turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
         axis = np.append(self.about_m, 0.0)
-        undone = np.eye(4)
-        undone[:3, :3] = turn.T
-        undone[:3, 3] = axis - turn.T @ (axis + self.move_m)
-        return undone
+        return rigid(turn.T, axis - turn.T @ (axis + self.move_m))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

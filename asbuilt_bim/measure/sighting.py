@@ -5,7 +5,8 @@ The first part of measuring it, and all that a check on site needs.
 
 from dataclasses import dataclass
 
-from asbuilt_bim.camera.photo.quality import StationQuality, is_grey, photo_faults
+from asbuilt_bim.camera.photo.chroma import is_grey
+from asbuilt_bim.camera.photo.quality import StationQuality, photo_faults
 from asbuilt_bim.camera.photo.working_size import working_rig
 from asbuilt_bim.camera.rectify import RectifiedPair
 from asbuilt_bim.camera.rig import StereoRig
@@ -56,9 +57,9 @@ def sight_station(
     timer.done("check")
     target, found = find_target(pair, options.target)
     reasons = (*faults, *found)
-    if target is None and (is_grey(pair.left) or is_grey(pair.right)):
+    if is_grey(pair.left) or is_grey(pair.right):
         grey = rejected(Reason.PHOTOS_GREY, about(SubjectKind.STATION, photos.name))
-        reasons, found = (*reasons, grey), (grey, *found)
+        reasons, found = (*reasons, grey), (grey, *found) if target is None else found
     markers, twice = markers_and_twice(pair, options.marker_family)
     lost = tuple(rejected(Reason.MARKER_TWICE, about(SubjectKind.MARKER, str(one), photos.name)) for one in twice)
     reasons = (*reasons, *lost)

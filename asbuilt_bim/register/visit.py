@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.geometry.transform import rigid
 from asbuilt_bim.register.anchors import anchored
 from asbuilt_bim.register.between import Between, between
 from asbuilt_bim.register.block_adjustment import Adjusted, CommonNoise, Known, Rows, Sightings, State, adjust, ahead
@@ -156,8 +157,7 @@ class _Block:
 
 def _places(block: _Block, made: Adjusted) -> Places:
     """Return adjusted places in the world."""
-    back = np.eye(4)
-    back[:3, 3] = block.origin_m
+    back = rigid(np.eye(3), block.origin_m)
     state = made.state
     return Places(
         stations={name: back @ pose for name, pose in zip(block.names, state.stations, strict=True)},
@@ -173,8 +173,7 @@ def _block(viewpoints: Sequence[Viewpoint], places: Places, sources: Sources, op
     ids = tuple(sorted({tag for one in here for tag in one.seen} & places.tags.keys()))
     row = {tag: number for number, tag in enumerate(ids)}
     origin = np.mean([places.stations[one.name][:3, 3] for one in here], axis=0)
-    shift = np.eye(4)
-    shift[:3, 3] = -origin
+    shift = rigid(np.eye(3), -origin)
     pairs = [
         (number, row[tag], one.seen[tag]) for number, one in enumerate(here) for tag in sorted(one.seen) if tag in row
     ]
@@ -299,8 +298,7 @@ def _without_faults(block: _Block, options: RegisterOptions) -> tuple[Adjusted, 
 
 
 def _result(block: _Block, made: Adjusted, keep: _Kept, options: RegisterOptions) -> VisitPlaces:
-    back = np.eye(4)
-    back[:3, 3] = block.origin_m
+    back = rigid(np.eye(3), block.origin_m)
     kept = block.seen.kept(keep.seen)
     poses, residual, used = {}, {}, {}
     for number, name in enumerate(block.names):

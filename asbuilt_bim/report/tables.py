@@ -202,7 +202,7 @@ def of_whole_visit(rejection: Rejection) -> bool:
 
 def station_doubts(report: ProgressReport) -> tuple[Rejection, ...]:
     """Return what is wrong with photos, given places and networks of stations that count: numbers rest on these."""
-    codes = PHOTO_FAULTS | GIVEN_CONTRADICTED | {Reason.NETWORK_SAW_NOTHING}
+    codes = PHOTO_FAULTS | GIVEN_CONTRADICTED | {Reason.PHOTOS_GREY, Reason.NETWORK_SAW_NOTHING}
     return tuple(one for one in report.rejections if one.code in codes and station_of(one) in report.placed)
 
 

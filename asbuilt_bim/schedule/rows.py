@@ -3,16 +3,14 @@
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from datetime import date, datetime, time
+from datetime import datetime
 
-from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink, WorkCalendar
+from asbuilt_bim.bim.schedule import ScheduleSource, TaskLink, WorkCalendar, at_time
 from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 
 MAX_ROWS = 200_000
 """The largest schedules of building projects have some ten thousand tasks."""
 FIRST_YEAR, LAST_YEAR = 1950, 2200
-DAY_START, DAY_END = time(8), time(17)
-"""What a date without a time means: the customary working day of both MS Project and P6."""
 _GLOBAL_ID = re.compile(r"(?<![0-9A-Za-z_$])[0-3][0-9A-Za-z_$]{21}(?![0-9A-Za-z_$])")
 
 _WORD = re.compile(r"[^\s,;|]+")
@@ -92,8 +90,3 @@ def dates(start: str, finish: str, task: str) -> tuple[datetime | None, datetime
         values = {"start": f"{begin:%Y-%m-%d %H:%M}", "finish": f"{end:%Y-%m-%d %H:%M}"}
         return None, None, noted(Reason.SCHEDULE_FINISH_BEFORE_START, subject, **values)
     return begin, end, None
-
-
-def at_time(day: date, *, end: bool) -> datetime:
-    """Return the beginning or the end of a date's working day."""
-    return datetime.combine(day, DAY_END if end else DAY_START)

@@ -5,9 +5,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from datetime import date, datetime, time
 from pathlib import Path
 
+from asbuilt_bim.bim.schedule import at_time
 from asbuilt_bim.codes import Note, Reason, Subject, SubjectKind, about, noted
 from asbuilt_bim.errors import ScheduleError
-from asbuilt_bim.schedule.rows import ScheduleRow, at_time, global_ids, listed, moment
+from asbuilt_bim.schedule.rows import ScheduleRow, global_ids, listed, moment
 from asbuilt_bim.storage.csv_file import csv_table
 from asbuilt_bim.storage.table_file import in_excel
 

@@ -1,4 +1,4 @@
-"""The main job against the truth: target, face areas, states, completion, on the sample and on reporting seeds.
+"""The main job against the truth: target, areas, places, states, completion, on the sample and reporting seeds.
 
 python benchmarks/site/site.py --check --json figures.json      the sample and eight ray-cast sites, some forty minutes
 python benchmarks/site/site.py --quick                          the sample alone; lines with a small n are not judged
@@ -141,6 +141,24 @@ def area_lines(runs: list[SiteRun]) -> tuple[list[Line], list[dict[str, Any]]]:
     return lines, rows
 
 
+def place_lines(runs: list[SiteRun]) -> list[Line]:
+    """Judge where measured faces are said to stand: off their design, and from plumb. These sites are built exactly."""
+    surfaces = [face["surface"] for _, _, result in visits(runs) for face in result["faces"]]
+    lines = []
+    for what, value, sigma, unit in (
+        ("offset from the design", "offset_m", "offset_sigma_m", "mm"), ("tilt", "tilt_rad", "tilt_sigma_rad", "mm/m"),
+    ):  # fmt: skip
+        known = [(abs(one[value]), one[sigma]) for one in surfaces if one[value] is not None and one[sigma]]
+        off, sigmas = np.array(known).reshape(-1, 2).T
+        within = [float(np.mean(off <= k * sigmas)) if len(off) else 0.0 for k in (1.0, 2.0)]
+        lines.append(line(f"{what}, within two sigma", f"{within[1]:.1%}", ">= 95 %", len(off), within[1] >= 0.95))
+        lines.append(told("  within one sigma", f"{within[0]:.0%}", len(off)))
+        if len(off):
+            sizes = f"{1e3 * np.median(off):.1f} and {1e3 * np.median(sigmas):.1f} {unit}"
+            lines.append(told("  median error and median sigma", sizes, len(off)))
+    return lines
+
+
 def summary(rows: list[dict[str, Any]]) -> dict[str, object]:
     """Return what is recorded of the faces: the spread of their errors and pulls, by the width of the narrow side."""
     bins = {"60 px and more": (60.0, np.inf), "30 to 60 px": (30.0, 60.0), "under 30 px": (0.0, 30.0)}
@@ -251,7 +269,7 @@ def main() -> int:
         runs.append(run_site(generated_site(seed), f"seed {seed}", args.workers))
     areas, rows = area_lines(runs)
     bounds = unjudged(bounds_lines(runs)) if args.quick else bounds_lines(runs)  # aims for many sites: shares and means
-    lines = [*target_lines(runs), *areas, *element_lines(runs), *bounds, *storey_lines(runs)]
+    lines = [*target_lines(runs), *areas, *element_lines(runs), *bounds, *storey_lines(runs), *place_lines(runs)]
     lines += [told(f"seconds, {run.name}", f"{run.seconds:.0f}", 1) for run in runs if run.seconds]
     if args.quick:  # one site has too few cases to judge by: its figures are shown, only the wrong ones count
         lines = unjudged(lines, LEAST_N)

@@ -351,6 +351,15 @@ def test_what_was_given_for_a_stations_place_and_left_out_is_told_where_the_stat
     assert station_doubts(said) == (against(counts),)
 
 
+def test_a_station_without_colour_that_counts_is_told_since_formwork_then_counts_as_built():
+    report = sample_report()
+    grey = Rejection(
+        code=Reason.PHOTOS_GREY, subject=Subject(kind=SubjectKind.STATION, name=sorted(report.placed)[0]), values={}
+    )
+    assert station_doubts(replace(report, rejections=(grey,))) == (grey,)
+    assert "Formwork at its place counts as built" in words_of(grey).remedy
+
+
 def test_a_report_written_again_by_another_version_names_both_and_its_own_names_one(monkeypatch):
     assert program_words(sample_report().provenance) == "asbuilt_bim 0.1.0, 2026-03-17T08:30:00+00:00"
     monkeypatch.setattr(tables, "__version__", "0.2.0")

@@ -46,9 +46,6 @@ MOST_MOTION_PX = 2.5
 MOST_SMEARED = 0.04
 """Of the parts. Things seen from the side make up to 5 % of them look so on other people's real pairs, mostly 1 %."""
 
-GREY_LEVELS = 3
-"""Between the colours of a grey pixel: what rounding luma and chroma to whole levels and back can make of it."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PhotoQuality:
@@ -81,12 +78,6 @@ def quality_of(left: TakenPhoto, right: TakenPhoto, left_file: bytes, right_file
         left=photo_quality(left.image, left.shown, left_file, left),
         right=photo_quality(right.image, right.shown, right_file, right),
     )
-
-
-def is_grey(photo: ByteImage) -> bool:
-    """Say whether a photo (H, W, 3) has no colour at all: taken in black and white, or saved so."""
-    spread = photo.max(axis=2).astype(np.int16) - photo.min(axis=2)
-    return int(spread.max(initial=0)) <= GREY_LEVELS
 
 
 def clipped(photo: ByteImage) -> BoolArray:

@@ -6,9 +6,9 @@ from typing import Any
 
 import ifcopenshell.util.date
 
+from asbuilt_bim.bim.schedule import at_time
 from asbuilt_bim.codes import Note, Reason, SubjectKind, Values, about, noted
 from asbuilt_bim.ifc.read.work_calendar import worked_out_finish
-from asbuilt_bim.schedule.rows import at_time
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,6 +7,7 @@ import numpy as np
 
 from asbuilt_bim.camera.rig import StereoRig
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
+from asbuilt_bim.geometry.transform import rigid
 from asbuilt_bim.progress.visits.squares import Squares
 from asbuilt_bim.progress.visits.surroundings import Surroundings
 
@@ -142,7 +143,4 @@ def upright_pose(eye_m: FloatArray, bearing_rad: float) -> FloatArray:
     """Return `world_from_left` (4, 4) of a rig held upright; the bearing is counted from x towards y."""
     ahead = np.array([np.cos(bearing_rad), np.sin(bearing_rad), 0.0])
     right = np.array([ahead[1], -ahead[0], 0.0])
-    pose = np.eye(4)
-    pose[:3, :3] = np.column_stack([right, [0.0, 0.0, -1.0], ahead])
-    pose[:3, 3] = eye_m
-    return pose
+    return rigid(np.column_stack([right, [0.0, 0.0, -1.0], ahead]), eye_m)

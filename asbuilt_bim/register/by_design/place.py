@@ -8,7 +8,7 @@ import numpy as np
 from asbuilt_bim.bim.model import BimModel, Storey
 from asbuilt_bim.codes import Value
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
-from asbuilt_bim.geometry.transform import wrapped
+from asbuilt_bim.geometry.transform import rigid, wrapped
 from asbuilt_bim.register.by_design.fitting import HEIGHT_LOOSE_M, Fitted, LinkedPrior, Prior, fitted, possible, turned
 from asbuilt_bim.register.by_design.heights import CAMERA_M
 from asbuilt_bim.register.by_design.planes import Seen, Upright, designed_faces
@@ -165,9 +165,8 @@ def pose_of(
     """Return the pose with its covariance: turn and level place as fitted, height by feet, tilt by what is plumb."""
     world_from_level = np.eye(3)
     world_from_level[:2, :2] = turned(place.fit.turn_rad)
-    pose = np.eye(4)
-    pose[:3, :3] = world_from_level @ seen.level_from_left
-    pose[:3, 3] = *(place.fit.place_m + place.origin_m), height[0]
+    eye_m = (*(place.fit.place_m + place.origin_m), height[0])
+    pose = rigid(world_from_level @ seen.level_from_left, eye_m)
     covariance = np.diag([LEVEL_SIGMA_RAD**2] * 2 + [0.0] * 3 + [height[1] ** 2])
     at = np.ix_([2, 3, 4], [2, 3, 4])
     covariance[at] = place.fit.covariance

@@ -10,7 +10,7 @@ from asbuilt_bim.bim.model import BimElement, BimModel
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
-from asbuilt_bim.geometry.transform import cross, unit
+from asbuilt_bim.geometry.transform import cross, rigid, unit
 from asbuilt_bim.measure.faces import MeasuredFace
 from asbuilt_bim.measure.station import StationMeasurement
 from asbuilt_bim.register.options import FURTHEST_M
@@ -76,8 +76,7 @@ def level_from_left(up: FloatArray) -> FloatArray:
 def seen_faces(station: StationMeasurement) -> Seen:
     """Return what a station measured, no face where it doesn't know what is plumb."""
     level = level_from_left(np.array([0.0, -1.0, 0.0]) if station.vertical is None else station.vertical)
-    turn = np.eye(4)
-    turn[:3, :3] = level
+    turn = rigid(level, np.zeros(3))
     level_faces = station.faces if station.vertical is not None else ()
     rows = [row for face in level_faces if (row := _seen(face, turn)) is not None]
     camera = station.camera

@@ -88,7 +88,8 @@ PHOTOS: Table = {
     Reason.PHOTO_UNUSABLE: Words(reason="{detail}"),
     Reason.PHOTOS_GREY: Words(
         reason="a photo has no colour: the red disc can't be found in it, nor concrete be told from formwork",
-        remedy="give both photos in colour as the cameras stored them; turn a black-and-white mode off",
+        remedy="give both photos in colour as the cameras stored them; turn a black-and-white mode off. Formwork at "
+        "its place counts as built without colour: look for it on the pictures before you pay",
     ),
     Reason.PHOTO_TURNED: Words(
         reason="the photo is rotated against the rig",

@@ -65,11 +65,6 @@ def box_of(mask: BoolArray) -> tuple[int, int, int, int]:
     return int(x), int(y), int(x + width), int(y + height)
 
 
-def rectified_from_photo(pixels: FloatArray, photo: Intrinsics, camera: RectifiedCamera) -> FloatArray:
-    """Carry pixels (N, 2) of the original left photo to the rectified one."""
-    return camera.project(photo.rays(pixels))
-
-
 def photo_from_rectified(pixels: FloatArray, photo: Intrinsics, camera: RectifiedCamera) -> FloatArray:
     """Carry pixels (N, 2) of the rectified left photo to the original one."""
     return photo.project(camera.rays(pixels))
@@ -96,7 +91,7 @@ def mask_of(given: GivenMask, photo: Intrinsics, camera: RectifiedCamera) -> Boo
     shape = (camera.height_px, camera.width_px)
     mask = np.zeros(shape, dtype=bool)
     for rings in (inside for whole in given.polygons for inside in _in_photo(whole, photo)):
-        carried = tuple(rectified_from_photo(_densified(ring), photo, camera) for ring in rings)
+        carried = tuple(camera.project(photo.rays(_densified(ring))) for ring in rings)
         mask |= region_mask(carried, shape)
     return mask
 

@@ -30,8 +30,6 @@ _KINDS: dict[str, type[np.generic]] = {
 _NUMBERS = {"tensor(float)", "tensor(float16)", "tensor(double)", "tensor(int64)", "tensor(int32)", "tensor(uint8)",
             "tensor(bool)"}  # fmt: skip
 
-AnyArray = NDArray[np.generic]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Network:

@@ -13,7 +13,6 @@ from asbuilt_bim.camera.photo.compression import rounded_away_grey
 from asbuilt_bim.camera.photo.quality import (
     StationQuality,
     clipped,
-    is_grey,
     photo_faults,
     photo_quality,
     quality_of,
@@ -73,14 +72,6 @@ def grainy(photo: ByteImage) -> ByteImage:
 def codes(left: ByteImage, right: ByteImage) -> list[Reason]:
     found = StationQuality(left=photo_quality(left, ALL), right=photo_quality(right, ALL))
     return [one.code for one in photo_faults(found, "A1")]
-
-
-def test_a_photo_without_colour_is_grey_and_one_with_a_small_red_disc_is_not() -> None:
-    photo = cv2.cvtColor(cv2.cvtColor(scene(), cv2.COLOR_BGR2GRAY), cv2.COLOR_GRAY2BGR)
-    stored_again = cv2.imdecode(cv2.imencode(".jpg", photo, [cv2.IMWRITE_JPEG_QUALITY, 60])[1], cv2.IMREAD_COLOR)
-    assert is_grey(photo) and is_grey(stored_again)
-    cv2.circle(photo, (40, 40), 6, (40, 40, 190), -1)
-    assert not is_grey(photo)
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -124,7 +125,9 @@ def test_a_tint_as_far_from_the_concrete_as_timber_is_likelier_something_else() 
 
 def test_a_photo_is_grey_when_it_has_no_chroma_and_not_when_its_concrete_is_grey() -> None:
     noise = np.random.default_rng(1).integers(0, 255, (80, 120, 1)).astype(np.uint8)
-    assert is_grey(np.repeat(noise, 3, axis=2))
+    grey = np.repeat(noise, 3, axis=2)
+    stored = cv2.imdecode(cv2.imencode(".jpg", grey, [cv2.IMWRITE_JPEG_QUALITY, 60])[1], cv2.IMREAD_COLOR)
+    assert is_grey(grey) and is_grey(np.asarray(stored, dtype=np.uint8))
     warm = np.repeat(noise, 3, axis=2)
     warm[..., 0] = warm[..., 0] * 0.93
     assert not is_grey(warm)
