@@ -28,6 +28,8 @@ from asbuilt_bim.register.pose import PlacedStation, Placement
 
 LEAST_M2 = 0.35
 """So much of its surface has to stand there: less may be a board, a prop, a stack."""
+ASKED = 8
+"""Points along a face and up it that are asked whose body lies behind them: to a share of a tenth and better."""
 MOST_HERE = 0.75
 """In its own place lies at most so much of it: a face may run on past its element by a quarter."""
 
@@ -61,7 +63,7 @@ class _Pair:
     off_m: FloatArray
     sigma_m: float
     outline: Region
-    explained: bool  # another element's body lies behind it
+    left: float  # share of the measured face that has no other element's body behind it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -114,7 +116,8 @@ def displaced(matched: MatchResult, design: BimModel, before: Mapping[str, Float
     photos don't look past them. Where most of a storey's elements have moved alike, so have those of which nothing was
     measured, and those whose faces lie there as well as in their place: a wall that was moved along itself.
     """
-    faces = [in_world(face, placed.pose) for placed in matched.stations for face in placed.measurement.faces]
+    every = (in_world(face, placed.pose) for placed in matched.stations for face in placed.measurement.faces)
+    faces = [seen for seen in every if seen.outline]
     nearby = list(_nearby(design, faces))
     bodies = _bodies(nearby)
     seen_of: dict[str, _Seen] = {}
@@ -122,8 +125,8 @@ def displaced(matched: MatchResult, design: BimModel, before: Mapping[str, Float
     for element, near in nearby:
         pairs = []
         for seen in near:
-            explained = bool(bodies.get(id(seen), set()) - {element.global_id})
-            pairs += [pair for face in element.faces if (pair := _pair(seen, face, explained)) is not None]
+            left = 1.0 - sum(share for key, share in bodies[id(seen)].items() if key != element.global_id)
+            pairs += [pair for face in element.faces if (pair := _pair(seen, face, left)) is not None]
         one = _Seen(pairs=pairs, here_m2=_standing(pairs, np.zeros(3), COARSE_M)[0])
         best = _best_move(pairs, element)
         if best is not None and _is_there(best, one, element, matched.stations):
@@ -155,31 +158,34 @@ def _moved(element: BimElement, move_m: FloatArray) -> BimElement:
     )
 
 
-def _bodies(nearby: Iterable[tuple[BimElement, list[WorldFace]]]) -> dict[int, set[str]]:
-    """Return the elements in whose bodies the concrete behind each measured face lies, by the face's `id`.
+def _bodies(nearby: Iterable[tuple[BimElement, list[WorldFace]]]) -> dict[int, dict[str, float]]:
+    """Return how much of each measured face (by its `id`) has an element's body behind it, by the element's GlobalId.
 
-    They explain it also where it is no face of the design: a wall's end that a column will cover, or a pour's end.
+    That explains it also where it is no face of the design: a wall's end that a column will cover, or a pour's end.
     """
-    found: dict[int, set[str]] = {}
+    found: dict[int, dict[str, float]] = {}
     for element, near in nearby:
         body = Mesh(vertices_m=element.vertices_m, triangles=element.triangles)
-        for seen, lies_in_it in zip(near, inside(body, [_behind_m(seen) for seen in near]), strict=True):
-            if lies_in_it:
-                found.setdefault(id(seen), set()).add(element.global_id)
+        for seen in near:
+            behind = inside(body, _behind_m(seen))
+            found.setdefault(id(seen), {})[element.global_id] = float(np.mean(behind)) if len(behind) else 0.0
     return found
 
 
 def _behind_m(seen: WorldFace) -> FloatArray:
-    """Return a point (3,) of the concrete behind a measured face's middle, as far in as its place is unsure."""
-    frame, at = seen.frame, seen.centroid_m
-    out = frame.normal if isinstance(frame, PlaneFrame) else frame.outward(frame.to_uv(at))
-    return at - (COARSE_M + 2.0 * _place_sigma_m(seen, out)) * out
+    """Return points (P, 3) of the concrete behind a measured face, as far in as its place is unsure."""
+    frame, (low, high) = seen.frame, np.reshape(polygon.bounds(seen.outline), (2, 2))
+    steps = (np.stack(np.meshgrid(*[np.arange(ASKED)] * 2), axis=-1).reshape(-1, 2) + 0.5) / ASKED
+    uv = low + steps * (high - low)
+    uv = uv[polygon.contains(seen.outline, uv)]
+    middle, out = ((frame.normal,) * 2 if isinstance(frame, PlaneFrame)
+                   else map(frame.outward, (frame.to_uv(seen.centroid_m), uv)))  # fmt: skip
+    return frame.from_uv(uv) - (COARSE_M + 2.0 * _place_sigma_m(seen, middle)) * out
 
 
-def _place_sigma_m(seen: WorldFace, normal: FloatArray) -> float:
+def _place_sigma_m(seen: WorldFace, way: FloatArray) -> float:
     """Return how far off a measured face's middle may be along a direction (3,), its station's place included."""
-    at = seen.centroid_m
-    return float(np.hypot(point_sigma_m(seen.pose, at, normal), plane_offset_sigma_m(seen, at)))
+    return float(np.hypot(point_sigma_m(seen.pose, seen.centroid_m, way), plane_offset_sigma_m(seen, seen.centroid_m)))
 
 
 def _nearby(design: BimModel, faces: Sequence[WorldFace]) -> Iterator[tuple[BimElement, list[WorldFace]]]:
@@ -194,8 +200,8 @@ def _nearby(design: BimModel, faces: Sequence[WorldFace]) -> Iterator[tuple[BimE
         yield design.elements[index], [faces[int(face)] for face in np.flatnonzero(is_near[index])]
 
 
-def _pair(seen: WorldFace, design: DesignFace, explained: bool) -> _Pair | None:
-    if design.role == "reveal" or not seen.outline:
+def _pair(seen: WorldFace, design: DesignFace, left: float) -> _Pair | None:
+    if left <= 1.0 - WHOLE_SHARE or design.role == "reveal":
         return None
     if isinstance(seen.frame, PlaneFrame) and isinstance(design.frame, PlaneFrame):
         normal = design.frame.normal
@@ -215,7 +221,7 @@ def _pair(seen: WorldFace, design: DesignFace, explained: bool) -> _Pair | None:
     if np.linalg.norm(off_m) > NEAR_M or not outline:
         return None
     sigma_m = _place_sigma_m(seen, normal)
-    return _Pair(seen=seen, design=design, off_m=off_m, sigma_m=sigma_m, outline=outline, explained=explained)
+    return _Pair(seen=seen, design=design, off_m=off_m, sigma_m=sigma_m, outline=outline, left=left)
 
 
 def _best_move(pairs: Sequence[_Pair], element: BimElement) -> Displaced | None:
@@ -266,15 +272,15 @@ def _standing(pairs: Iterable[_Pair], move_m: FloatArray, band_m: float) -> tupl
         wanted = move_m @ frame.normal if isinstance(frame, PlaneFrame) else move_m
         if np.linalg.norm(pair.off_m - wanted) > band_m + 2.0 * pair.sigma_m:
             continue
-        on_it_m2 = face.area_m2
+        share = pair.left
         if isinstance(frame, PlaneFrame):
             shift = np.array([move_m @ frame.u, move_m @ frame.v])
             place: Region = tuple(tuple(ring + shift for ring in rings) for rings in pair.design.rings_uv_m)
             on_it = polygon.intersection(pair.outline, polygon.grown(place, COARSE_M))
-            on_it_m2 *= polygon.area(on_it) / max(polygon.area(pair.outline), 1e-9)
-        if move_m.any() and (pair.explained or on_it_m2 < WHOLE_SHARE * face.area_m2):
+            share = min(share, polygon.area(on_it) / max(polygon.area(pair.outline), 1e-9))
+        if move_m.any() and share < WHOLE_SHARE * pair.left:
             continue
-        total_m2 += on_it_m2
+        total_m2 += share * face.area_m2
         standing.append(pair)
     return total_m2, standing
 

@@ -8,7 +8,7 @@ from asbuilt_bim.bim.model import BimModel
 from asbuilt_bim.codes import Note, Reason, SubjectKind, about, noted
 from asbuilt_bim.errors import Rejection, rejected
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
-from asbuilt_bim.geometry.transform import rigid
+from asbuilt_bim.geometry.transform import rigid, rotation_from_vector
 from asbuilt_bim.match.assign import match_faces
 from asbuilt_bim.match.options import MatchOptions
 from asbuilt_bim.match.result import MatchResult
@@ -34,8 +34,7 @@ class Shift:
 
     def undo(self) -> FloatArray:
         """Return the transform (4, 4) of the world that takes the shift off."""
-        cos, sin = np.cos(self.turn_rad), np.sin(self.turn_rad)
-        turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        turn = rotation_from_vector([0.0, 0.0, self.turn_rad])
         axis = np.append(self.about_m, 0.0)
         return rigid(turn.T, axis - turn.T @ (axis + self.move_m))
 

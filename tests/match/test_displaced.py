@@ -114,6 +114,15 @@ def test_the_end_of_a_wall_that_a_column_will_cover_is_no_column_that_stands_in_
     assert displaced(match_faces(placed, design, MatchOptions()), design, {}) == {}
 
 
+def test_one_face_over_two_walls_that_stand_moves_neither_along_itself() -> None:
+    walls = [element(name, "wall", box(x, 0, 0, 4, 0.2, 3)) for name, x in (("W1", 0), ("W2", 4))]
+    frame = walls[0].faces[0].frame
+    assert isinstance(frame, PlaneFrame)
+    seen = [measured("A1/0", POSE, frame, polygon.box(3.55, 0.0, 4.65, 3.0))]
+    placed = placement(station("A1", POSE, [box(0, 0, 0, 8, 0.2, 3)], seen))
+    assert displaced(match_faces(placed, model(walls), MatchOptions()), model(walls), {}) == {}
+
+
 def wall_before_its_design(outlines: Sequence[Region], boxes: Sequence[Box]) -> dict[str, Displaced]:
     """Return what is found where outlines are measured 0.12 m before a wall's front, and these boxes stand there."""
     wall = element("W", "wall", box(0, 0, 0, 4, 0.2, 3))

@@ -8,7 +8,7 @@ import numpy as np
 from asbuilt_bim.bim.model import BimModel, Storey
 from asbuilt_bim.codes import Value
 from asbuilt_bim.geometry.arrays import FloatArray, frozen
-from asbuilt_bim.geometry.transform import rigid, wrapped
+from asbuilt_bim.geometry.transform import rigid, rotation_from_vector, wrapped
 from asbuilt_bim.register.by_design.fitting import HEIGHT_LOOSE_M, Fitted, LinkedPrior, Prior, fitted, possible, turned
 from asbuilt_bim.register.by_design.heights import CAMERA_M
 from asbuilt_bim.register.by_design.planes import Seen, Upright, designed_faces
@@ -163,8 +163,7 @@ def pose_of(
     options: RegisterOptions,
 ) -> StationPose:  # fmt: skip
     """Return the pose with its covariance: turn and level place as fitted, height by feet, tilt by what is plumb."""
-    world_from_level = np.eye(3)
-    world_from_level[:2, :2] = turned(place.fit.turn_rad)
+    world_from_level = rotation_from_vector([0.0, 0.0, place.fit.turn_rad])
     eye_m = (*(place.fit.place_m + place.origin_m), height[0])
     pose = rigid(world_from_level @ seen.level_from_left, eye_m)
     covariance = np.diag([LEVEL_SIGMA_RAD**2] * 2 + [0.0] * 3 + [height[1] ** 2])
