@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from asbuilt_bim.bim.border_boxes import grid_of
 from asbuilt_bim.bim.mesh import Mesh, inside
 from asbuilt_bim.bim.model import BimElement, BimModel, DesignFace
 from asbuilt_bim.geometry import polygon
@@ -28,8 +29,6 @@ from asbuilt_bim.register.pose import PlacedStation, Placement
 
 LEAST_M2 = 0.35
 """So much of its surface has to stand there: less may be a board, a prop, a stack."""
-ASKED = 8
-"""Points along a face and up it that are asked whose body lies behind them: to a share of a tenth and better."""
 MOST_HERE = 0.75
 """In its own place lies at most so much of it: a face may run on past its element by a quarter."""
 
@@ -174,9 +173,7 @@ def _bodies(nearby: Iterable[tuple[BimElement, list[WorldFace]]]) -> dict[int, d
 
 def _behind_m(seen: WorldFace) -> FloatArray:
     """Return points (P, 3) of the concrete behind a measured face, as far in as its place is unsure."""
-    frame, (low, high) = seen.frame, np.reshape(polygon.bounds(seen.outline), (2, 2))
-    steps = (np.stack(np.meshgrid(*[np.arange(ASKED)] * 2), axis=-1).reshape(-1, 2) + 0.5) / ASKED
-    uv = low + steps * (high - low)
+    frame, uv = seen.frame, grid_of(seen.outline, np.full(2, COARSE_M))
     uv = uv[polygon.contains(seen.outline, uv)]
     middle, out = ((frame.normal,) * 2 if isinstance(frame, PlaneFrame)
                    else map(frame.outward, (frame.to_uv(seen.centroid_m), uv)))  # fmt: skip
@@ -220,8 +217,9 @@ def _pair(seen: WorldFace, design: DesignFace, left: float) -> _Pair | None:
         return None
     if np.linalg.norm(off_m) > NEAR_M or not outline:
         return None
-    sigma_m = _place_sigma_m(seen, normal)
-    return _Pair(seen=seen, design=design, off_m=off_m, sigma_m=sigma_m, outline=outline, left=left)
+    return _Pair(
+        seen=seen, design=design, off_m=off_m, sigma_m=_place_sigma_m(seen, normal), outline=outline, left=left
+    )
 
 
 def _best_move(pairs: Sequence[_Pair], element: BimElement) -> Displaced | None:

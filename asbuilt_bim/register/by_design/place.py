@@ -164,8 +164,7 @@ def pose_of(
 ) -> StationPose:  # fmt: skip
     """Return the pose with its covariance: turn and level place as fitted, height by feet, tilt by what is plumb."""
     world_from_level = rotation_from_vector([0.0, 0.0, place.fit.turn_rad])
-    eye_m = (*(place.fit.place_m + place.origin_m), height[0])
-    pose = rigid(world_from_level @ seen.level_from_left, eye_m)
+    pose = rigid(world_from_level @ seen.level_from_left, (*(place.fit.place_m + place.origin_m), height[0]))
     covariance = np.diag([LEVEL_SIGMA_RAD**2] * 2 + [0.0] * 3 + [height[1] ** 2])
     at = np.ix_([2, 3, 4], [2, 3, 4])
     covariance[at] = place.fit.covariance

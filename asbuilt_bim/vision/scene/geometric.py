@@ -39,6 +39,11 @@ class Opinion:
     score: float
 
 
+def segment_scene(pair: RectifiedPair, scene: Scene, options: GeometricOptions | None = None) -> list[Instance]:
+    """Group a scene's upright pieces to instances as grey as concrete, the largest first."""
+    return of_concretes_colour(upright_instances(pair, scene, options), pair.name)[0]
+
+
 def upright_instances(pair: RectifiedPair, scene: Scene, options: GeometricOptions | None = None) -> list[Instance]:
     """Group a scene's upright pieces to instances, the largest first; those of another colour have a score of 0."""
     chosen = options or GeometricOptions()

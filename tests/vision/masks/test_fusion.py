@@ -17,13 +17,13 @@ from asbuilt_bim.vision.masks.segment import Instance, InstanceClass, InstanceSo
 from asbuilt_bim.vision.scene.geometric import (
     GeometricOptions,
     of_concretes_colour,
+    segment_scene,
     upright_instances,
 )
 from asbuilt_bim.vision.scene.read import Scene, read_scene
 from asbuilt_bim.vision.stereo.depth import DepthMap
 from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map
 from tests.measure.box_world import site
-from tests.vision.segmented import segment_scene
 
 COLUMN, ROUND, WALL = (300, 265), (300, 405), (300, 570)  # a pixel (row, column) on each
 

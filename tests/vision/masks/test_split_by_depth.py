@@ -5,11 +5,10 @@ import numpy as np
 
 from asbuilt_bim.vision.masks.segment import Instance, InstanceSource
 from asbuilt_bim.vision.masks.split_by_depth import split_by_depth
-from asbuilt_bim.vision.scene.geometric import GeometricOptions
+from asbuilt_bim.vision.scene.geometric import GeometricOptions, segment_scene
 from asbuilt_bim.vision.scene.read import read_scene
 from asbuilt_bim.vision.stereo.matching import SemiGlobalMatcher, depth_map
 from tests.measure.box_world import site
-from tests.vision.segmented import segment_scene
 
 
 def test_a_mask_that_runs_over_the_wall_loses_what_lies_far_behind_and_nothing_of_the_wall() -> None:

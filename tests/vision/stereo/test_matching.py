@@ -9,6 +9,7 @@ import pytest
 from asbuilt_bim.camera.rectify import RectifiedCamera, RectifiedPair
 from asbuilt_bim.geometry.level import pixel_rays
 from asbuilt_bim.vision.masks.segment import Instance, InstanceSource
+from asbuilt_bim.vision.scene.geometric import segment_scene
 from asbuilt_bim.vision.scene.read import read_scene
 from asbuilt_bim.vision.scene.sky import find_sky, without_sky
 from asbuilt_bim.vision.scene.vertical import find_vertical
@@ -25,7 +26,6 @@ from asbuilt_bim.vision.stereo.matching import (
 from asbuilt_bim.vision.stereo.rows_apart import rows_apart_px
 from asbuilt_bim.vision.stereo.warp import right_at, warp_right
 from tests.measure.box_world import site, true_q
-from tests.vision.segmented import segment_scene
 
 
 @pytest.fixture(scope="module")
