@@ -217,9 +217,8 @@ def _pair(seen: WorldFace, design: DesignFace, left: float) -> _Pair | None:
         return None
     if np.linalg.norm(off_m) > NEAR_M or not outline:
         return None
-    return _Pair(
-        seen=seen, design=design, off_m=off_m, sigma_m=_place_sigma_m(seen, normal), outline=outline, left=left
-    )
+    sigma_m = _place_sigma_m(seen, normal)
+    return _Pair(seen=seen, design=design, off_m=off_m, sigma_m=sigma_m, outline=outline, left=left)
 
 
 def _best_move(pairs: Sequence[_Pair], element: BimElement) -> Displaced | None:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asbuilt_bim.geometry.arrays import BoolArray, FloatArray
-from asbuilt_bim.geometry.transform import wrapped
+from asbuilt_bim.geometry.transform import rotation_from_vector, wrapped
 from asbuilt_bim.register.by_design.planes import Seen, Upright
 from asbuilt_bim.register.options import FURTHEST_M, PAST_M
 
@@ -114,8 +114,7 @@ def summed(by_share: FloatArray) -> float:
 
 def turned(turn_rad: float) -> FloatArray:
     """Return the turn in plan (2, 2)."""
-    cos, sin = np.cos(turn_rad), np.sin(turn_rad)
-    return np.array([[cos, -sin], [sin, cos]])
+    return rotation_from_vector([0.0, 0.0, turn_rad])[:2, :2]
 
 
 def _off(seen: Seen, design: Upright, turn: float, place: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
