@@ -173,7 +173,7 @@ def _bodies(nearby: Iterable[tuple[BimElement, list[WorldFace]]]) -> dict[int, d
 
 def _behind_m(seen: WorldFace) -> FloatArray:
     """Return points (P, 3) of the concrete behind a measured face, as far in as its place is unsure."""
-    frame, uv = seen.frame, grid_of(seen.outline, np.full(2, COARSE_M))
+    frame, uv = seen.frame, grid_of(seen.outline, np.full(2, 2.0 * COARSE_M))
     uv = uv[polygon.contains(seen.outline, uv)]
     middle, out = ((frame.normal,) * 2 if isinstance(frame, PlaneFrame)
                    else map(frame.outward, (frame.to_uv(seen.centroid_m), uv)))  # fmt: skip
