@@ -12,7 +12,7 @@ from asbuilt_bim.bim.border_boxes import grid_of
 from asbuilt_bim.bim.mesh import Mesh, inside
 from asbuilt_bim.bim.model import BimElement, BimModel, DesignFace
 from asbuilt_bim.geometry import polygon
-from asbuilt_bim.geometry.arrays import FloatArray, frozen
+from asbuilt_bim.geometry.arrays import BoolArray, FloatArray, frozen
 from asbuilt_bim.geometry.cylinder import CylinderFrame
 from asbuilt_bim.geometry.plane import PlaneFrame
 from asbuilt_bim.geometry.polygon import Region
@@ -29,6 +29,7 @@ from asbuilt_bim.register.pose import PlacedStation, Placement
 
 LEAST_M2 = 0.35
 """So much of its surface has to stand there: less may be a board, a prop, a stack."""
+_Near = tuple[BimElement, list[WorldFace]]  # an element, and the measured faces near it
 MOST_HERE = 0.75
 """In its own place lies at most so much of it: a face may run on past its element by a quarter."""
 
@@ -62,7 +63,7 @@ class _Pair:
     off_m: FloatArray
     sigma_m: float
     outline: Region
-    left: float  # share of the measured face that has no other element's body behind it
+    left: float  # share of the measured face that has no other element's body alone behind it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -118,13 +119,14 @@ def displaced(matched: MatchResult, design: BimModel, before: Mapping[str, Float
     every = (in_world(face, placed.pose) for placed in matched.stations for face in placed.measurement.faces)
     faces = [seen for seen in every if seen.outline]
     nearby = list(_nearby(design, faces))
-    bodies = _bodies(nearby)
+    bodies = _bodies(nearby, faces)
     seen_of: dict[str, _Seen] = {}
     found: dict[str, Displaced] = {}
     for element, near in nearby:
         pairs = []
         for seen in near:
-            left = 1.0 - sum(share for key, share in bodies[id(seen)].items() if key != element.global_id)
+            in_bodies = bodies[id(seen)]
+            left = 1.0 - float(np.mean(np.any(list(in_bodies.values()), axis=0) & ~in_bodies[element.global_id]))
             pairs += [pair for face in element.faces if (pair := _pair(seen, face, left)) is not None]
         one = _Seen(pairs=pairs, here_m2=_standing(pairs, np.zeros(3), COARSE_M)[0])
         best = _best_move(pairs, element)
@@ -135,9 +137,8 @@ def displaced(matched: MatchResult, design: BimModel, before: Mapping[str, Float
     found |= _with_their_storey(design, found, seen_of)
     known = {e.global_id for e in design.elements}
     seen_here = seen_of.keys() | {match.element for match in matched.matches}
-    for key, move_m in before.items():
-        if key in known and key not in found and key not in seen_here:
-            found[key] = Displaced(element=key, move_m=move_m, area_m2=0.0)
+    for key in sorted(before.keys() & known - found.keys() - seen_here):
+        found[key] = Displaced(element=key, move_m=before[key], area_m2=0.0)
     return found
 
 
@@ -157,27 +158,26 @@ def _moved(element: BimElement, move_m: FloatArray) -> BimElement:
     )
 
 
-def _bodies(nearby: Iterable[tuple[BimElement, list[WorldFace]]]) -> dict[int, dict[str, float]]:
-    """Return how much of each measured face (by its `id`) has an element's body behind it, by the element's GlobalId.
+def _bodies(nearby: Sequence[_Near], faces: Sequence[WorldFace]) -> dict[int, dict[str, BoolArray]]:
+    """Say of points (P,) behind each measured face (by its `id`) whether they lie in an element's body, by GlobalId.
 
     That explains it also where it is no face of the design: a wall's end that a column will cover, or a pour's end.
     """
-    found: dict[int, dict[str, float]] = {}
+    behind = {id(seen): _behind_m(seen) for seen in faces}
+    found: dict[int, dict[str, BoolArray]] = {key: {} for key in behind}
     for element, near in nearby:
         body = Mesh(vertices_m=element.vertices_m, triangles=element.triangles)
         for seen in near:
-            behind = inside(body, _behind_m(seen))
-            found.setdefault(id(seen), {})[element.global_id] = float(np.mean(behind)) if len(behind) else 0.0
+            found[id(seen)][element.global_id] = inside(body, behind[id(seen)])
     return found
 
 
 def _behind_m(seen: WorldFace) -> FloatArray:
-    """Return points (P, 3) of the concrete behind a measured face, as far in as its place is unsure."""
-    frame, uv = seen.frame, grid_of(seen.outline, np.full(2, 2.0 * COARSE_M))
-    uv = uv[polygon.contains(seen.outline, uv)]
-    middle, out = ((frame.normal,) * 2 if isinstance(frame, PlaneFrame)
-                   else map(frame.outward, (frame.to_uv(seen.centroid_m), uv)))  # fmt: skip
-    return frame.from_uv(uv) - (COARSE_M + 2.0 * _place_sigma_m(seen, middle)) * out
+    """Return points (P, 3), one at least, of the concrete behind a measured face, as far in as its place is unsure."""
+    frame, grid = seen.frame, grid_of(seen.outline, np.full(2, 2.0 * COARSE_M))
+    uv = np.concatenate([grid[polygon.contains(seen.outline, grid)], frame.to_uv(seen.centroid_m)[None]])
+    out = np.tile(frame.normal, (len(uv), 1)) if isinstance(frame, PlaneFrame) else frame.outward(uv)
+    return frame.from_uv(uv) - (COARSE_M + 2.0 * _place_sigma_m(seen, out[-1])) * out
 
 
 def _place_sigma_m(seen: WorldFace, way: FloatArray) -> float:
@@ -185,7 +185,7 @@ def _place_sigma_m(seen: WorldFace, way: FloatArray) -> float:
     return float(np.hypot(point_sigma_m(seen.pose, seen.centroid_m, way), plane_offset_sigma_m(seen, seen.centroid_m)))
 
 
-def _nearby(design: BimModel, faces: Sequence[WorldFace]) -> Iterator[tuple[BimElement, list[WorldFace]]]:
+def _nearby(design: BimModel, faces: Sequence[WorldFace]) -> Iterator[_Near]:
     """Yield the elements with the measured faces whose middles lie within `NEAR_M` of their boxes."""
     if not faces or not design.elements:
         return

@@ -34,6 +34,16 @@ def test_every_state_occurs_and_part_heights_are_clear_of_the_ends():
     assert min(parts) >= 0.25 and max(parts) <= 0.85
 
 
+def test_on_a_shuttered_site_thick_formwork_stands_round_all_that_is_absent_and_nothing_else_changes():
+    for seed in range(4):
+        b = design(seed)
+        plain, shuttered = progress(b, 1), progress(b, 1, shuttered=True)
+        absent = {e.global_id for e in b.vertical if plain.fraction[e.global_id] == 0.0 and e.storey == 0}
+        assert shuttered.fraction == plain.fraction and absent <= shuttered.formwork.keys() and not shuttered.cages
+        assert all(0.04 <= form.panel_m <= 0.10 for form in shuttered.formwork.values())
+        assert all(form.panel_m == 0.021 for form in plain.formwork.values())
+
+
 def test_formwork_and_cages_stand_only_where_nothing_is_poured():
     for seed in range(8):
         state = progress(design(seed), 1)

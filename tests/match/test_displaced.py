@@ -123,6 +123,17 @@ def test_one_face_over_two_walls_that_stand_moves_neither_along_itself() -> None
     assert displaced(match_faces(placed, model(walls), MatchOptions()), model(walls), {}) == {}
 
 
+def test_a_column_drawn_within_a_wall_stands_in_its_place_though_the_walls_body_is_there_too() -> None:
+    wall, column = element("W", "wall", box(0, 0, 0, 4, 0.2, 3)), element("C", "column", box(1.5, 0, 0, 0.6, 0.2, 3))
+    frame = column.faces[0].frame
+    assert isinstance(frame, PlaneFrame)
+    outline = polygon.box(0.0, 0.0, 0.6, 3.0)
+    seen = [measured("A1/0", POSE, frame, outline), measured("A1/1", POSE, shifted(frame, 0.3), outline)]
+    placed = placement(station("A1", POSE, [box(0, 0, 0, 4, 0.2, 3), box(1.5, -0.3, 0, 0.6, 0.1, 3)], seen))
+    design = model([wall, column])
+    assert displaced(match_faces(placed, design, MatchOptions()), design, {}) == {}
+
+
 def wall_before_its_design(outlines: Sequence[Region], boxes: Sequence[Box]) -> dict[str, Displaced]:
     """Return what is found where outlines are measured 0.12 m before a wall's front, and these boxes stand there."""
     wall = element("W", "wall", box(0, 0, 0, 4, 0.2, 3))
